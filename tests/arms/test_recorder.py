@@ -48,7 +48,7 @@ def test_a_slower_run_takes_the_same_path_in_more_time(arm, motion_to):
 
 def test_a_motion_beyond_the_limits_is_taken_at_a_lower_speed(arm, motion_to):
     motion = motion_to(arm.q, TURN, acceleration=30.0, velocity=2.5, jerk=4000.0)
-    with pytest.raises(ulna.InputError, match=r"Research 3 would abort it, .* acceleration of .* its limit of 10,"):
+    with pytest.raises(ulna.InputError, match=r"Research 3 would abort it: .* acceleration of .* its limit of 10,"):
         arm.run(motion)
     assert arm.run(motion, speed=0.5).commanded.shape[1] == 7
 
@@ -81,7 +81,7 @@ def test_a_motion_without_limits_of_jerk_is_refused_however_slow(arm, motion_to)
 def test_another_start_is_refused(arm, fr3, motion_to):
     start = fr3.home.copy()
     start[2] += 0.011
-    with pytest.raises(ulna.InputError, match=r"starts 0.011 rad from where fr3_joint3 is, and 0.01 rad"):
+    with pytest.raises(ulna.InputError, match=r"starts 0.011 rad from the measured position of fr3_joint3; 0.01 rad"):
         arm.run(motion_to(start, TURN))
     assert Recorder(fr3.home, start_tolerance=0.02).run(motion_to(start, TURN)).duration > 0
 
@@ -93,7 +93,9 @@ def test_positions_beyond_the_arms_limits_are_refused():
     goal = start.copy()
     goal[0] = 2.8
     motion = panda.plan(start, goal, None).trajectory(velocity=0.2, acceleration=1.0, jerk=100.0)
-    with pytest.raises(ulna.InputError, match=r"panda_joint1 goes to 2.7.* rad, and the Franka .* from -2.7437 to 2.7437"):
+    with pytest.raises(
+        ulna.InputError, match=r"panda_joint1 goes to 2.7.* rad; the limits of the Franka .* are -2.7437 and 2.7437"
+    ):
         Recorder(start).run(motion)
 
 
@@ -257,11 +259,11 @@ def test_a_joint_that_turns_round_in_its_stop_keeps_the_velocity_allowed_in_each
 
 def test_a_servo_that_the_arm_would_not_take_is_refused(arm, fr3):
     for options, match in (
-        ({"acceleration": 2.5, "velocity": 2.0, "rate": 500}, "500 ticks a second"),
-        ({"acceleration": 2.6, "velocity": 2.0}, r"acceleration of fr3_joint1 is 2.6, and at most 2.5 .* limit of jerk"),
-        ({"acceleration": 9.0, "velocity": 2.0, "jerk": 5100.0}, r"jerk of fr3_joint1 is 5100, and at most 5000 is allowed"),
-        ({"acceleration": 11.0, "velocity": 2.0, "jerk": 4000.0}, r"acceleration of fr3_joint1 is 11, and at most 10 is"),
-        ({"acceleration": 2.5}, r"velocity of fr3_joint1 is 2.62, and at most 2.619 is allowed"),
+        ({"acceleration": 2.5, "velocity": 2.0, "rate": 500}, "500 Hz"),
+        ({"acceleration": 2.6, "velocity": 2.0}, r"acceleration of fr3_joint1 is 2.6; at most 2.5 is allowed by the jerk limit"),
+        ({"acceleration": 9.0, "velocity": 2.0, "jerk": 5100.0}, r"jerk of fr3_joint1 is 5100; at most 5000 is allowed"),
+        ({"acceleration": 11.0, "velocity": 2.0, "jerk": 4000.0}, r"acceleration of fr3_joint1 is 11; at most 10 is"),
+        ({"acceleration": 2.5}, r"velocity of fr3_joint1 is 2.62; at most 2.619 is allowed"),
     ):
         with pytest.raises(ulna.InputError, match=match):
             arm.follow(fr3.servo(**options), lambda *_: None)

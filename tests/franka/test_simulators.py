@@ -104,5 +104,5 @@ def test_a_servo_is_followed_to_a_pose(arm, fr3, floor):
 
 def test_another_arms_description_is_refused(arm):
     arm.close()
-    with pytest.raises(ulna.InputError, match="panda lets panda_joint1, panda_joint4"):
+    with pytest.raises(ulna.InputError, match="the limits of panda_joint1, panda_joint4"):
         Franka(robot=ulna.load("panda"))

@@ -131,5 +131,5 @@ def test_an_entry_out_of_range_in_a_compiled_function_is_quoted_by_jaxs_error():
 
 def test_numbers_that_jax_rounded_are_refused():
     robot, link, q = case("panda")
-    with pytest.raises(ulna.InputError, match="q: float32 came in place of float64"):
+    with pytest.raises(ulna.InputError, match="q: JAX passed float32 instead of float64"):
         callbacks._on_host(functions.poses(robot, link), np.dtype(np.float64), q.astype(np.float32))

@@ -49,25 +49,25 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
         raise InputError(
             "motion", f"{type(motion).__name__}; an ulna.Trajectory is expected, as plan.trajectory(jerk=...) returns"
         )
-    speed = as_number("speed", speed, 0.0, "a share of the motion's speed above 0 and at most 1", above=True, most=1.0)
+    speed = as_number("speed", speed, 0.0, "a fraction of the motion's speed, above 0 and at most 1", above=True, most=1.0)
     if len(motion.joint_names) != model.n_dof:
         raise InputError(
             "motion", f"it moves {count_of(len(motion.joint_names), 'joint')}, and the {model.name} has {model.n_dof}"
         )
     if motion.duration > 0.0 and not motion.limits_jerk:
-        raise InputError("motion", "its acceleration jumps, and the arm would abort it; plan.trajectory(jerk=...) limits that")
+        raise InputError("motion", "its acceleration jumps, so the arm would abort it; plan.trajectory(jerk=...) limits the jerk")
     if motion.end_velocities.any():
         raise InputError(
             "motion",
-            "it moves at its start or at its end, and the arm is at rest there; leave out start_velocity and end_velocity",
+            "it does not start and end at rest, as the arm does; leave out start_velocity and end_velocity",
         )
     away = np.abs(motion.q[0] - q)
     joint = int(np.argmax(away))
     if not away[joint] <= tolerance:
         raise InputError(
             "motion",
-            f"it starts {away[joint]:.4g} rad from where {motion.joint_names[joint]} is, and {tolerance:g} rad are allowed; "
-            "plan from arm.q",
+            f"it starts {away[joint]:.4g} rad from the measured position of {motion.joint_names[joint]}; "
+            f"{tolerance:g} rad are allowed; plan from arm.q",
         )
     motion = motion if speed == 1.0 else motion.slowed(speed)
     commands = motion.sampled(PERIOD).q
@@ -76,12 +76,12 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
         row, joint = np.argwhere(outside)[0]
         raise InputError(
             "motion",
-            f"{motion.joint_names[joint]} goes to {commands[row, joint]:.4f} rad, and the {model.name} from "
-            f"{model.lower[joint]:.4f} to {model.upper[joint]:.4f}",
+            f"{motion.joint_names[joint]} goes to {commands[row, joint]:.4f} rad; the limits of the {model.name} are "
+            f"{model.lower[joint]:.4f} and {model.upper[joint]:.4f} rad",
         )
     judged = motion.check(model.limits, period=PERIOD)
     if not judged:
-        raise InputError("motion", f"the {model.name} would abort it, {judged}")
+        raise InputError("motion", f"the {model.name} would abort it: {judged}")
     return commands
 
 
@@ -112,7 +112,7 @@ def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> No
     moving = [joint for joint in robot.description.joints if joint.name in robot.joint_names]
     if robot.n_dof != FR3.n_dof or any(joint.type not in {"revolute", "continuous"} for joint in moving):
         raise InputError(
-            "robot", f"{robot.name} has {count_of(robot.n_dof, 'entry', 'entries')} of q, and a {FR3.name} has 7 joints that turn"
+            "robot", f"{robot.name} has {count_of(robot.n_dof, 'entry', 'entries')} of q, and a {FR3.name} has 7 revolute joints"
         )
     wide = [
         name
@@ -120,7 +120,7 @@ def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> No
         if low < least - _DESCRIBED or high > most + _DESCRIBED
     ]
     if wide:
-        raise InputError("robot", f"{robot.name} lets {', '.join(wide)} go beyond the limits of a {FR3.name}")
+        raise InputError("robot", f"the limits of {', '.join(wide)} of {robot.name} are wider than those of a {FR3.name}")
     last = next(joint for joint in moving if joint.name == robot.joint_names[-1])
     first = next(joint for joint in moving if joint.name == robot.joint_names[0])
     T_first, T_last = (robot.forward_kinematics(np.array(q), link=link) for link in (first.parent, last.child))
@@ -130,6 +130,6 @@ def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> No
     if not max(beside, turned) <= _NEAR:
         raise InputError(
             "robot",
-            f"{robot.name} has the axis of its last joint {beside * 1e3:.1f} mm beside where the arm measures it, and a rotation "
-            f"matrix differs by {turned:.3g}: it is another arm, or another base",
+            f"the last joint axis of {robot.name} is {beside * 1e3:.1f} mm off the measured one, and its rotation matrix "
+            f"differs by {turned:.3g}: it is another arm, or another base",
         )

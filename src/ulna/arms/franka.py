@@ -145,7 +145,7 @@ class Franka:
     def _idle_state(self) -> Any:
         """The controller's state; raises an error while a motion runs."""
         if self._measured is not None:
-            raise ArmError("a motion runs already")
+            raise ArmError("another motion is running")
         with self._named_errors("the arm's state cannot be read"):
             return self._robot.read_once()
 
@@ -223,7 +223,7 @@ class Franka:
                 q, tick = np.array(state.q_d), 0
                 if not np.abs(q - body[0]).max() <= 2 * self._tolerance:
                     self._robot.stop()
-                    raise ArmError("the controller commands another position than it measures; nothing was sent", "", state.q)
+                    raise ArmError("the controller's commanded position is not the measured one; nothing was sent", "", state.q)
                 recent[:] = q
                 if steering is not None:
                     steering.begin(q)
@@ -237,7 +237,7 @@ class Franka:
             if not off[joint] <= self.model.deviation:
                 self._robot.stop()
                 held = f"{names[joint]} is {off[joint]:.2g} rad from all commands of the last {self.model.lag:g} s"
-                raise ArmError(f"{held}, as if something holds the arm: it was stopped", "", state.q, _record(sent, names))
+                raise ArmError(f"{held}, as if something blocks the arm: it was stopped", "", state.q, _record(sent, names))
             if self._stop.is_set():
                 self._robot.stop()
                 return True

@@ -38,27 +38,27 @@ class Steering:
                 velocities, accelerations or jerks than the arm.
         """
         if not isinstance(servo, Servo):
-            raise InputError("servo", f"{type(servo).__name__}; one that robot.servo(acceleration=...) returns is expected")
+            raise InputError("servo", f"{type(servo).__name__}; a servo as from robot.servo(acceleration=...) is expected")
         if len(servo.joint_names) != model.n_dof:
             raise InputError(
                 "servo", f"it moves {count_of(len(servo.joint_names), 'joint')}, and the {model.name} has {model.n_dof}"
             )
         if abs(servo.rate * PERIOD - 1.0) > 1e-9:
-            raise InputError("servo", f"it has {servo.rate:g} ticks a second, and the {model.name} takes {1 / PERIOD:g}")
+            raise InputError("servo", f"it runs at {servo.rate:g} Hz, and the {model.name} at {1 / PERIOD:g} Hz")
         arm, (velocity, acceleration, jerk) = limits_of(model.limits, servo.joint_names), servo.limits
         most, most_jerk = (np.inf if limit is None else limit for limit in (arm.acceleration, arm.jerk))
         allowed, why = {"velocity": arm.velocity, "acceleration": most, "jerk": most_jerk}, ""
         given = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk}
         if jerk is None:
             del given["jerk"]
-            allowed["acceleration"], why = np.minimum(most, 0.5 * PERIOD * most_jerk), " by the limit of jerk"
+            allowed["acceleration"], why = np.minimum(most, 0.5 * PERIOD * most_jerk), " by the jerk limit"
         for name, values in given.items():
             limit = np.broadcast_to(allowed[name], values.shape)
             over = np.flatnonzero(values > limit)
             if len(over):
                 j, by_jerk = int(over[0]), why if name == "acceleration" else ""
                 raise InputError(
-                    "servo", f"its {name} of {servo.joint_names[j]} is {values[j]:.4g}, and at most "
+                    "servo", f"its {name} limit of {servo.joint_names[j]} is {values[j]:.4g}; at most "
                     f"{limit[j]:.4g} is allowed{by_jerk}; give robot.servo {'jerk=, or ' if by_jerk else ''}{name}=",
                 )  # fmt: skip
         self._servo, self._goal, self._arm, self._model = servo, goal, arm, model

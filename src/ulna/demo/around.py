@@ -153,17 +153,17 @@ class Around:
     def sentence(self) -> str:
         """A sentence about the plan."""
         if self.plan is None:
-            return "the plan waits for the compiler"
+            return "the planner is being compiled"
         if self.plan:
             how = "certified free" if self.plan.certified else "free at samples"
-            return f"a way {'away from the box, and then' if self.plan.escaped else 'round the box,'} {how}"
+            return f"a path {'out of contact with the box, then' if self.plan.escaped else 'around the box,'} {how}"
         if self._backs:
             return "the arm is in the box, and leaves it the way it came"
         if self.plan.status == PlanStatus.START_IN_COLLISION:
             return "the arm is in the box: move the box away"
         if isinstance(self.plan.reason.data, Report):
-            return f"no way round the box: {self.plan.status}"
-        return f"no way round the box was found: {self.plan}"
+            return f"no path around the box: {self.plan.status}"
+        return f"no path around the box was found: {self.plan}"
 
     def _look_again(self, q: Array, box: Array, corners: Array) -> None:
         """Keep the motion if the rest of it is free; otherwise plan another one."""

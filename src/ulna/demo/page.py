@@ -34,7 +34,7 @@ _MORE = (
     "The Panda repeats a trajectory, and the light says which of its twelve boxes touch. The box moves along the floor, with "
     "Shift up and down too. Press ? for the keys. This is a university assignment: hw2 in the repository."
 )
-_AROUND = "The arm goes between the corners of its trajectory by certified plans, made anew when the box is moved into its way"
+_AROUND = "The arm moves between the corners of its trajectory by certified plans; it plans again if the box gets in its way"
 _FOLLOW_S = 0.1  # [s], update interval of the sliders while the arm moves
 
 
@@ -146,10 +146,12 @@ class DemoApp:
         self.way = gui.add_html("", visible=False)
         self.playing = gui.add_checkbox("Play", initial_value=True, hint="The arm repeats its trajectory")
         self.speed = gui.add_slider("Speed", min=0.0, max=3.0, step=0.1, initial_value=1.0, hint="1 is real time")
-        self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve boxes that stand for the arm")
+        self.show_boxes = gui.add_checkbox("Boxes", initial_value=True, hint="The twelve collision boxes of the arm")
         self.show_boxes.on_update(lambda _: self.scene.arm.show_solids(visible=self.show_boxes.value))
         self.page.add_dark_button()
-        gui.add_button("Put the box back", hint="Where it stood at first").on_click(lambda _: self.put_box(pose(BOX_START)))
+        gui.add_button("Put the box back", hint="Move the box to its initial pose").on_click(
+            lambda _: self.put_box(pose(BOX_START))
+        )
         self.recording = RecordButton(self.server, self.player, lambda: self.show_boxes.value)
         self.joints = JointSliders(gui, self.demo.robot, self._loop.wake)
 

@@ -27,7 +27,7 @@ RATE, HEIGHT, LONGEST_S = 30, 720, 120.0
 STOP_WITHIN_S = 5.0
 _RECORD, _STOP, _MAKING = "Record", "Stop recording", "Making the video"
 _FILE = "ulna-demo.mp4"
-_WHAT = f"Record films the scene as you see it, for {LONGEST_S:g} s at most. A link then saves {_FILE} among your downloads."
+_WHAT = f"Record films the scene as you see it, for {LONGEST_S:g} s at most. A link then saves {_FILE} to your downloads."
 
 
 class RecordButton:

@@ -127,7 +127,7 @@ class GpuForces:
             return self.robot._dynamics.rows(own)  # noqa: SLF001 - a part of it
         names, shapes = ", ".join(own), {tuple(np.shape(each)) for each in own.values()}
         if len(places | shapes) > 2:
-            raise InputError(list(own)[-1], f"{names} have to be at one place, on the host or on the device, there of one shape")
+            raise InputError(list(own)[-1], f"{names} have to be all on the host, or all on the device with the same shape")
         shape = self.robot.tree.q_shape
         return next(iter(shapes))[:-1], {name: self._wide_rows(name, each, shape) for name, each in own.items()}
 

@@ -145,7 +145,7 @@ class GpuRobot(GpuForces):
         a, b = as_own("q_a", q_a, queue.stream), as_own("q_b", q_b, queue.stream)
         stays = device.is_on_device(a)
         if stays != device.is_on_device(b) or (stays and tuple(a.shape) != tuple(b.shape)):
-            raise InputError("q_b", "q_a and q_b have to be at one place, on the host or on the device, there of one shape")
+            raise InputError("q_b", "q_a and q_b have to be both on the host, or both on the device with the same shape")
         if stays:
             batch, *rows = tuple(a.shape[:-1]), self._wide_rows("q_a", a, tree.q_shape), self._wide_rows("q_b", b, tree.q_shape)
         else:
@@ -336,7 +336,7 @@ class GpuRobot(GpuForces):
             return device.results_for(rows, shape, kind, self._queue.stream)
         own = as_own("out", out, self._queue.stream)
         if device.is_on_device(own) != device.is_on_device(rows):
-            raise InputError("out", "is on the host or on the device, and q is not; both have to be at one place")
+            raise InputError("out", "it and q have to be both on the host, or both on the device")
         is_c = own.is_c_contiguous() if device.is_on_device(own) else isinstance(own, np.ndarray) and own.flags.c_contiguous
         if not is_c or tuple(own.shape) != shape or own.dtype != kind:
             what = f"{own.dtype} of shape {tuple(own.shape)}" if hasattr(own, "dtype") else repr(out)

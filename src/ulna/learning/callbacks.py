@@ -95,8 +95,8 @@ def _of(function: FunctionOfQ, q: Array) -> Any:
 def _on_host(function: FunctionOfQ, dtype: Any, q: Any) -> NDArray[Any]:
     q = np.asarray(q)
     if q.dtype != dtype:  # JAX rounded it
-        remedy = 'with jax.enable_x64() counts in one thread only: jax.config.update("jax_enable_x64", True) in all'
-        raise InputError("q", f"{q.dtype} came in place of {dtype}; {remedy}")
+        remedy = 'jax.enable_x64() applies to one thread; jax.config.update("jax_enable_x64", True) applies to all'
+        raise InputError("q", f"JAX passed {q.dtype} instead of {dtype}; {remedy}")
     out = np.empty((*q.shape[:-1], *function.shape))
     function.write(q.astype(np.float64), out)
     return out.astype(q.dtype)

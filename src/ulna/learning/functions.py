@@ -166,7 +166,7 @@ class DistanceGradients:
 
     def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:
         del library, q, value, G
-        raise InputError("signed_distance", "has first derivatives only; a second one was asked for")
+        raise InputError("signed_distance", "has first derivatives only, not second ones")
 
 
 def poses(robot: Any, link: str | None) -> Poses:
@@ -194,7 +194,7 @@ def host_of(robot: Any) -> Robot:
     """
     host = robot if isinstance(robot, Robot) else getattr(robot, "robot", None)
     if not isinstance(host, Robot):
-        raise InputError("robot", f"{type(robot).__name__}; a Robot, or what robot.on_gpu() returns, is expected")
+        raise InputError("robot", f"{type(robot).__name__}; a Robot, or the result of robot.on_gpu(), is expected")
     if getattr(robot, "float32", False):
         raise InputError("robot", "computes in float32; robot.on_gpu() without float32=True is expected")
     return host

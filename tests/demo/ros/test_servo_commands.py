@@ -90,9 +90,9 @@ def test_a_pose_is_that_of_its_quaternion(on_a_table):
 @pytest.mark.parametrize(
     ("names", "velocities", "words"),
     [
-        (["a"], [1.0], "'a' is no joint of the arm, which has panda_joint1"),
-        (["panda_joint1", "a"], [0.1, 1.0], "'a' is no joint"),
-        (["panda_finger_joint1"], [0.1], "no joint of the arm"),
+        (["a"], [1.0], "'a' is not a joint of the arm, which has panda_joint1"),
+        (["panda_joint1", "a"], [0.1, 1.0], "'a' is not a joint"),
+        (["panda_finger_joint1"], [0.1], "not a joint of the arm"),
         ([], [], "joint_names: empty"),
         (["panda_joint1"] * 2, [0.1, 0.1], "panda_joint1"),
         (["panda_joint1"], [NAN], "panda_joint1|positions|finite"),
@@ -115,7 +115,7 @@ def test_a_message_counts_from_its_stamp(age, left):
 
 @pytest.mark.parametrize("age", [0.11, 1.0, 999.0, -0.2, -1e6])
 def test_a_message_of_another_time_is_refused(age):
-    with pytest.raises(InputError, match=r"^stamp: .* (old|in the future); up to 0\.1 s are taken"):
+    with pytest.raises(InputError, match=r"^stamp: .* (old|in the future); at most 0\.1 s is accepted"):
         seconds_left(stamped(1000.0 - age).header.stamp, 1000.0, 0.1)
 
 

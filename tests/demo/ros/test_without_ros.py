@@ -18,7 +18,7 @@ from ulna.demo.ros.description import robot_description, with_fingers
 from ulna.errors import MissingROSError
 
 ROOT = Path(__file__).parents[3]
-SENTENCE = "is not here (this Python has no module 'r"
+SENTENCE = "is not available (this Python has no module 'r"
 SAME = "the same in the browser, without ROS: ulna demo"
 SCRIPTS = ("test_collision_boxes.py", "collision_boxes.py", "test_collision_detection.py", "6DoF_Box.py")
 
@@ -70,7 +70,7 @@ def test_a_failed_import_of_ros_is_quoted(tmp_path, monkeypatch):
     (tmp_path / "rosgraph.py").write_text('raise ImportError("libros.so:\\n cannot open")')
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("ROS_IP", "127.0.0.1")
-    with pytest.raises(MissingROSError, match=r"\(it cannot be imported: libros.so: cannot open; docs/ros.md says how"):
+    with pytest.raises(MissingROSError, match=r"\(it cannot be imported: libros.so: cannot open; docs/ros.md explains"):
         load_ros(1)
 
 

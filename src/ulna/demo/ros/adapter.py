@@ -90,7 +90,7 @@ def load_ros(version: int, module: str | None = None, without: str = "ulna demo"
             f"this Python has no module {error.name!r}" if lacks else f"it cannot be imported: {' '.join(str(error).split())}"
         )
         raise MissingROSError(
-            f"ROS {version} is not here ({reason}; docs/ros.md says how to install it); "
+            f"ROS {version} is not available ({reason}; docs/ros.md explains its installation); "
             f"the same in the browser, without ROS: {without}"
         ) from None
 

@@ -47,7 +47,7 @@ class Children(AbstractContextManager):
                 pass_fds=pass_fds,
             )
         except FileNotFoundError:
-            raise MissingROSError(f"no program {command[0]!r} is on this machine; docs/ros.md says how to install it") from None
+            raise MissingROSError(f"the program {command[0]!r} is not installed; docs/ros.md explains its installation") from None
         self._running[name] = child
 
     def ended(self) -> Iterator[Ended]:

@@ -19,12 +19,12 @@ from ulna.errors import needs_extra
 from ulna.robot import load
 from ulna.robot.hand_link import hand_link
 
-ros1 = typer.Typer(no_args_is_help=True, help="The demo in ROS 1: docs/ros.md says what it needs.")
-ros2 = typer.Typer(no_args_is_help=True, help="The demo, and a servo, in ROS 2: docs/ros.md says what it needs.")
+ros1 = typer.Typer(no_args_is_help=True, help="The demo in ROS 1; docs/ros.md lists its requirements.")
+ros2 = typer.Typer(no_args_is_help=True, help="The demo and a servo in ROS 2; docs/ros.md lists their requirements.")
 
 
 @ros1.command("demo")
-def ros1_demo(*, rviz: Annotated[bool, typer.Option(help="Open RViz, if there is one and a screen for it.")] = True) -> None:
+def ros1_demo(*, rviz: Annotated[bool, typer.Option(help="Open RViz, if it is installed and there is a screen.")] = True) -> None:
     """Show the arm, the box and the light in RViz, all in one command.
 
     It starts a master if there is none, robot_state_publisher and RViz, and ends all that it started.
@@ -38,7 +38,7 @@ def ros1_demo(*, rviz: Annotated[bool, typer.Option(help="Open RViz, if there is
 def ros1_record(
     path: Annotated[Path, typer.Argument(help="The video, an .mp4.", show_default=False)],
     *,
-    seconds: Annotated[float, typer.Option(help="How long it is.")] = 30.0,
+    seconds: Annotated[float, typer.Option(help="The duration.")] = 30.0,
 ) -> None:
     """Record RViz without a display while the mouse drags the box by its arrows and a ring.
 
@@ -81,14 +81,14 @@ def ros2_servo(
     world: Obstacles,
     *,
     link: LinkName = None,
-    rate: Annotated[float, typer.Option(metavar="HZ", help="Commands a second.")] = 100.0,
-    acceleration: Annotated[float, typer.Option(help="Of each joint [rad/s² or m/s²].")] = 5.0,
+    rate: Annotated[float, typer.Option(metavar="HZ", help="Commands per second.")] = 100.0,
+    acceleration: Annotated[float, typer.Option(help="Maximum acceleration of each joint [rad/s² or m/s²].")] = 5.0,
     jerk: Jerk = None,
-    clearance: Annotated[float, typer.Option(metavar="M", help="How near an object may be [m].")] = 0.01,
+    clearance: Annotated[float, typer.Option(metavar="M", help="Minimum distance from objects [m].")] = 0.01,
     tracking_error: Annotated[
-        float, typer.Option(help="How far a joint may be off its command, as /joint_states says [rad or m]; 0: not compared.")
+        float, typer.Option(help="Maximum deviation of /joint_states from the command [rad or m]; 0: not checked.")
     ] = 0.0,
-    output: Annotated[Output, typer.Option(help="JointTrajectory of trajectory_msgs, or Float64MultiArray.")] = Output.TRAJECTORY,
+    output: Annotated[Output, typer.Option(help="The messages: JointTrajectory or Float64MultiArray.")] = Output.TRAJECTORY,
     topic: Topic = None,
 ) -> None:
     """Steer an arm by the topics of MoveIt Servo: reads twists and poses, sends commands without collisions. Ctrl-C ends it."""

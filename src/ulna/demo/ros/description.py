@@ -36,7 +36,7 @@ def robot_description(robot: Robot, warn: Callable[[str], object]) -> str:
     try:
         return with_fingers(robot.to_urdf(mesh_paths="file"))
     except FileError as error:
-        warn(f"the arm is seen by its boxes alone, for its meshes are not here (pip install example-robot-data): {error}")
+        warn(f"only the boxes of the arm are shown, because its meshes are missing (pip install example-robot-data): {error}")
         return with_fingers(robot.to_urdf())
 
 

@@ -61,7 +61,7 @@ class ArmAndLight:
         try:
             self.player.drag(messages.feedback_pose(feedback, self.robot.base))
         except InputError as error:
-            rospy.logwarn_throttle(1.0, f"the box is at no valid pose, which is ignored: {error}")
+            rospy.logwarn_throttle(1.0, f"ignored an invalid pose of the box: {error}")
 
 
 class MovableBox:
@@ -80,7 +80,7 @@ class MovableBox:
             messages.feedback_pose(feedback, self._base)
             self._last = feedback.pose
         except InputError as error:
-            rospy.logwarn_throttle(1.0, f"a place of the box that is none, undone: {error}")
+            rospy.logwarn_throttle(1.0, f"undid an invalid pose of the box: {error}")
             self._server.setPose(BOX_NAME, self._last)
         self._server.applyChanges()
 
@@ -167,7 +167,7 @@ class Registration:
         self._asked = time.monotonic()
         pid = self._ask()
         if pid is None:
-            rospy.logwarn_throttle(30.0, "the master is lost; the demo goes on, and registers when there is one again")
+            rospy.logwarn_throttle(30.0, "the master is lost; the demo continues, and registers with the next master")
         elif pid != self._pid:
             self._register()
             self._pid = pid

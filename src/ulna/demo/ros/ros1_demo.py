@@ -51,9 +51,9 @@ def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
 def begin_ended_again(master: Children, beside: "Beside") -> None:
     """Restart programs that ended by themselves: the master, and RViz if it has crashed."""
     for ended in beside.ended():
-        rospy.logwarn(f"{ended}; {'another is started' if beside.begin_again(ended) else 'the demo goes on'}")
+        rospy.logwarn(f"{ended}; {'it is started again' if beside.begin_again(ended) else 'the demo continues'}")
     for ended in master.ended():
-        rospy.logwarn(f"{ended}; another is started")
+        rospy.logwarn(f"{ended}; it is started again")
         have_master(master)
 
 
@@ -93,7 +93,7 @@ def have_master(master: Children) -> None:
     end = time.monotonic() + _MASTER_WITHIN_S
     while not rosgraph.is_master_online():
         if time.monotonic() > end or any(master.ended()):
-            raise MissingROSError(f"the master did not start; rosmaster --core -p {port} says why")
+            raise MissingROSError(f"the master did not start; rosmaster --core -p {port} shows why")
         time.sleep(0.05)
 
 
@@ -104,7 +104,7 @@ def _find_state_publisher() -> str:
         path = Path(prefix, "lib", _PUBLISHER, _PUBLISHER)
         if path.exists():
             return str(path)
-    raise MissingROSError(f"no {_PUBLISHER} under {' or '.join(prefixes)}; docs/ros.md says how to install it")
+    raise MissingROSError(f"no {_PUBLISHER} under {' or '.join(prefixes)}; docs/ros.md explains its installation")
 
 
 def _open_rviz(programs: Children, config: str) -> None:
@@ -113,6 +113,6 @@ def _open_rviz(programs: Children, config: str) -> None:
         try:
             programs.start(_RVIZ, "rviz", "-d", config)
         except MissingROSError as error:
-            rospy.logwarn(f"{error}; the demo goes on without RViz")
+            rospy.logwarn(f"{error}; the demo continues without RViz")
     else:
-        rospy.logwarn(f"no screen for RViz here; where there is one: rviz -d {config}")
+        rospy.logwarn(f"there is no screen for RViz; on a machine with one: rviz -d {config}")

@@ -31,9 +31,7 @@ try:
     from tf2_msgs.msg import TFMessage
 except ModuleNotFoundError:  # it has no wheel: it comes with a system installation of ROS 2
     TFMessage = None
-NO_TF = (
-    "no module tf2_msgs here, so nothing is published on /tf; run this in the Python of a whole ROS 2 to see the arm in RViz 2"
-)
+NO_TF = "the module tf2_msgs is missing, so nothing is published on /tf; use the Python of a full ROS 2 to see the arm in RViz 2"
 _QUEUE = 30  # messages
 
 
@@ -85,7 +83,7 @@ class DemoNode(Node):
         try:
             self.player.drag(messages.feedback_pose(feedback, self.demo.robot.base))
         except InputError as error:
-            self.get_logger().warning(f"not a pose of the box, undone: {error}", throttle_duration_sec=1.0)
+            self.get_logger().warning(f"undid an invalid pose of the box: {error}", throttle_duration_sec=1.0)
         self._handles.tell()
 
 

@@ -54,7 +54,7 @@ def jog_goal(message: Any, robot: Robot) -> Goal:
     unknown = [name for name in names if name not in robot.joint_names]
     if unknown or not names:
         has = ", ".join(robot.joint_names)
-        raise InputError("joint_names", f"{cited(unknown[0])} is no joint of the arm, which has {has}" if unknown else "empty")
+        raise InputError("joint_names", f"{cited(unknown[0])} is not a joint of the arm, which has {has}" if unknown else "empty")
     return {"velocity": robot.q_of_joints(names, message.velocities, others=np.zeros(robot.n_dof))}
 
 
@@ -75,7 +75,7 @@ def seconds_left(stamp: Any, now: float, timeout: float) -> float:
     age = now - sent
     if not -timeout <= age < timeout:
         words = f"{age:.3g} s old" if age > 0 else f"{-age:.3g} s in the future"
-        raise InputError("stamp", f"{words}; up to {timeout:g} s are taken: do the clocks of sender and node agree?")
+        raise InputError("stamp", f"{words}; at most {timeout:g} s is accepted: do the clocks of sender and node agree?")
     return min(timeout, timeout - age)
 
 

@@ -80,7 +80,7 @@ class ServoNode(Node):
         if JointJog is not None:
             self.create_subscription(JointJog, "~/delta_joint_cmds", lambda message: self._take(self._jog, message), _QUEUE)
         else:
-            self.get_logger().warning("no module control_msgs here, so ~/delta_joint_cmds is not read")
+            self.get_logger().warning("the module control_msgs is missing, so ~/delta_joint_cmds is not read")
         self.create_timer(1.0 / settings.rate, self._beat)
 
     def _twist(self, message: TwistStamped) -> Goal:
@@ -98,14 +98,14 @@ class ServoNode(Node):
             left = seconds_left(message.header.stamp, self.now(), _TIMEOUT)
             self._goal, self._until = goal_of(message), time.monotonic() + left
         except InputError as error:
-            self._warn(f"this is not a command, it is ignored: {error}")
+            self._warn(f"ignored an invalid command: {error}")
 
     def _measure(self, message: JointState) -> None:
         try:
             seconds_left(message.header.stamp, self.now(), _STATE_TIMEOUT)
             self._q = self._robot.q_of_joints(message.name, message.position, others=self._q)
         except InputError as error:
-            self._warn(f"this is not where the arm is, it is ignored: {error}")
+            self._warn(f"ignored an invalid joint state: {error}")
 
     def _warn(self, text: str) -> None:
         self.get_logger().warning(text, throttle_duration_sec=_SECONDS)
@@ -137,7 +137,7 @@ class ServoNode(Node):
         try:
             return servo.step(**goal, measured=measured)
         except InputError as error:
-            self._warn(f"this is not a command, it is ignored: {error}")
+            self._warn(f"ignored an invalid command: {error}")
             self._goal = {}
             return servo.step(measured=measured)
 
@@ -175,7 +175,7 @@ def steer(robot: Robot, world: World | None, settings: Settings, ask: Callable[.
         GeometryError: The robot has no shapes that can be checked.
     """
     if len(robot.joint_names) != robot.n_dof:
-        raise InputError("robot", "it has a planar or a floating joint, for which the messages of controllers have no place")
+        raise InputError("robot", "it has a planar or a floating joint, which the messages of controllers do not support")
     _made(robot, world, settings)  # raises errors here rather than in the node
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     signals = noted_signals()

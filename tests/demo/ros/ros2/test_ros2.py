@@ -161,7 +161,7 @@ def test_without_tf2_msgs_the_node_runs_with_a_message(machine):
         node.send_signal(signal.SIGINT)
         lines += node.stderr
         assert node.wait(PATIENCE_S) == 0, "".join(lines)
-    assert "no module tf2_msgs here" in "".join(lines)
+    assert "the module tf2_msgs is missing" in "".join(lines)
     assert "Traceback" not in "".join(lines)
 
 
