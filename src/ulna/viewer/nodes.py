@@ -36,7 +36,7 @@ def add_shape(
         case Box(extents):
             return scene.add_box(name, color, extents, **look)
         case Sphere(radius):
-            return scene.add_icosphere(name, radius, color, **look)
+            return scene.add_icosphere(name, radius, color, subdivisions=4, **look)
         case Cylinder(radius, length):
             return scene.add_cylinder(name, radius, length, color, **look)
         case HalfSpace():

@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager
 
 import numpy as np
 import viser
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
 from ulna.collision.world import World
@@ -20,8 +20,10 @@ from ulna.viewer.visuals import triangles
 
 _SUN, _SKY = 2.4, 1.9  # intensities
 _SPOT, _SHADED = 6.0, 3.0  # radii of the robot: the distance of the light that casts shadows, and the radius that it lights
-_BESIDE = 4.0  # radii of the robot: obstacles farther away do not lower the floor
-_SHADOW = 0.28  # of the shadows on the floor: their opacity
+_SPOT_SHARE = 0.65  # of the sun's light that casts shadows
+_NEARBY = 4.0  # radii of the robot: obstacles farther away neither lower the floor nor move the camera
+_MAX_VIEW = 2.5  # radii of the robot: the largest scene that the camera steps back for
+_SHADOW = 0.4  # opacity of the shadows on the floor
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
 _FROM = np.array([0.77, -0.72, 0.36])  # the direction from the robot to the camera
 _SIDES = {  # x is forward, y left
@@ -34,6 +36,7 @@ _SIDES = {  # x is forward, y left
 }
 _PICTURE_S = 60.0  # the longest that a browser takes for a picture
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
+_MARGIN = 1.15  # factor on the distance of the camera, for room around the scene
 _ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
 
 
@@ -42,8 +45,8 @@ def add_light(scene: viser.SceneApi, center: ArrayLike, radius: float) -> None:
 
     Two things of viser are slow on a computer without a GPU, and are not used. Reflections of an environment take fifteen seconds
     before the first picture. A directional light draws its shadows from three cameras, and takes three times as long a picture as
-    one spotlight. So half of the sun is a directional light without shadows, which is everywhere. The other half is a spotlight
-    with shadows around the robot.
+    one spotlight. So a part of the sun is a directional light without shadows, which is everywhere. The other part is a spotlight
+    with shadows around the robot, which ``head.html`` sharpens.
 
     Args:
         scene: Where it is added.
@@ -54,10 +57,10 @@ def add_light(scene: viser.SceneApi, center: ArrayLike, radius: float) -> None:
     scene.configure_default_lights(enabled=False)
     scene.configure_environment_map(None)
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(198, 204, 214), intensity=_SKY)
-    scene.add_light_directional("/light/sun", intensity=_SUN / 2, cast_shadow=False, position=tuple(to_sun))
+    scene.add_light_directional("/light/sun", intensity=(1.0 - _SPOT_SHARE) * _SUN, cast_shadow=False, position=tuple(to_sun))
     scene.add_light_spot(
         "/light/shadows",
-        intensity=_SUN / 2,
+        intensity=_SPOT_SHARE * _SUN,
         decay=0.0,  # as bright at any distance, as the sun is
         angle=float(np.arctan(_SHADED / _SPOT)),
         penumbra=1.0,
@@ -86,28 +89,59 @@ def add_floor(page: Page, height: float, cell: float, fade: float) -> viser.Grid
     return floor
 
 
-def add_stage(page: Page, extent: Extent) -> viser.GridHandle:
-    """Set the light, the floor under the lowest point, z up, and a camera that sees all of the robot. Returns the floor."""
-    server = page.server
-    radius, center = extent.radius, extent.center
+def add_stage(page: Page, extent: Extent, scene: Extent | None = None) -> viser.GridHandle:
+    """Add the light and the floor, and place the camera so that it sees the scene.
+
+    Args:
+        page: The page.
+        extent: The robot's AABB. The light, the floor and its cells have its size.
+        scene: The AABB of the robot and its obstacles; the robot's if not given.
+
+    Returns:
+        The floor, under the robot's lowest point.
+    """
+    server, scene = page.server, scene or extent
+    radius = extent.radius
     cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
     server.scene.set_up_direction("+z")
-    add_light(server.scene, center, radius)
-    distance = 1.15 * radius / np.sin(_FIELD_OF_VIEW / 2)
+    add_light(server.scene, extent.center, radius)
+    distance = distance_to(scene, _FROM)
     floor = add_floor(page, min(float(extent.low[2]), 0.0) - max(1e-3, 4e-3 * radius), cell, 4.0 * distance)
     server.initial_camera.fov = _FIELD_OF_VIEW
-    server.initial_camera.look_at = tuple(center)
-    server.initial_camera.position = tuple(center + distance * _FROM / np.linalg.norm(_FROM))
+    server.initial_camera.look_at = tuple(scene.center)
+    server.initial_camera.position = tuple(scene.center + distance * _FROM / np.linalg.norm(_FROM))
     server.initial_camera.far = max(100.0, 20 * distance)
     stand_back_where_narrow(server, _ASPECT)
     return floor
 
 
-class SightPanel:
-    """Buttons for the sides from which a tab sees the scene, and a button for dark colors."""
+def distance_to(scene: Extent, direction: ArrayLike) -> float:
+    """The distance [m] from the center of a scene at which a camera in a direction sees all corners of its AABB."""
+    forward = -np.asarray(direction) / np.linalg.norm(direction)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    corners = np.stack(np.meshgrid(*zip(scene.low, scene.high, strict=True)), axis=-1).reshape(8, 3) - scene.center
+    across, up = np.abs(corners @ right) / _ASPECT, np.abs(corners @ np.cross(right, forward))
+    return float(_MARGIN * (np.maximum(across, up) / np.tan(_FIELD_OF_VIEW / 2) - corners @ forward).max())
 
-    def __init__(self, page: Page) -> None:
-        self._server = server = page.server
+
+def scene_extent(world: World, extent: Extent) -> Extent:
+    """The AABB of a robot and the obstacles near it; the robot's if theirs is much larger."""
+    points = np.concatenate([np.stack([extent.low, extent.high]), *_points_nearby(world, extent)])
+    scene = Extent(points.min(axis=0), points.max(axis=0))
+    return scene if scene.radius <= _MAX_VIEW * extent.radius else extent
+
+
+class SightPanel:
+    """Buttons for the sides from which a tab sees the scene, and a button for dark colors.
+
+    Args:
+        page: The page.
+        scene: Returns the AABB of what a button brings into sight.
+    """
+
+    def __init__(self, page: Page, scene: Callable[[], Extent]) -> None:
+        self._scene, server = scene, page.server
         self.sides = server.gui.add_button_group("See from", tuple(_SIDES))
         page.add_dark_button()
         self.picture = server.gui.add_button("Save picture", hint="What this browser sees of the scene, as a .png file")
@@ -128,14 +162,14 @@ class SightPanel:
         client.send_file_download("ulna.png", content.getvalue(), save_immediately=True)
 
     def _turn(self, event: viser.GuiEvent) -> None:
-        """Move the camera of the tab in which the button was clicked round what the page showed at first."""
+        """Move the camera of the tab in which the button was clicked around the scene, so that it sees all of it."""
         if event.client is None:
             return
-        first, camera, direction = self._server.initial_camera, event.client.camera, np.array(_SIDES[event.target.value])
-        distance = np.linalg.norm(np.subtract(first.position, first.look_at)) * max(1.0, _ASPECT / max(camera.aspect, 0.1))
+        scene, camera, direction = self._scene(), event.client.camera, np.array(_SIDES[event.target.value])
+        distance = distance_to(scene, direction) * max(1.0, _ASPECT / max(camera.aspect, 0.1))
         with event.client.atomic():
-            camera.position = first.look_at + distance * direction / np.linalg.norm(direction)
-            camera.look_at = first.look_at
+            camera.position = scene.center + distance * direction / np.linalg.norm(direction)
+            camera.look_at = scene.center
 
 
 def stand_back_where_narrow(server: viser.ViserServer, aspect: float) -> None:
@@ -182,13 +216,15 @@ class Floor:
 
 def height_under(world: World, extent: Extent) -> float:
     """The height of a floor under the obstacles near a robot [m]: what stands on it is not cut by it."""
-    lowest = [0.0]
-    for _, shape, T in world.items():
-        if isinstance(shape, Primitive | ConvexMesh):
-            points = triangles(shape).vertices @ T[:3, :3].T + T[:3, 3]
-            if np.abs(points - extent.center).max() < _BESIDE * extent.radius:
-                lowest.append(float(points[:, 2].min()))
-    return min(lowest) - max(1e-3, 4e-3 * extent.radius)
+    lowest = min([0.0, *(float(points[:, 2].min()) for points in _points_nearby(world, extent))])
+    return lowest - max(1e-3, 4e-3 * extent.radius)
+
+
+def _points_nearby(world: World, extent: Extent) -> list[NDArray[np.float64]]:
+    """The vertices of each solid obstacle near a robot in the base frame [m], shape (n, 3) each."""
+    solids = [(shape, T) for _, shape, T in world.items() if isinstance(shape, Primitive | ConvexMesh)]
+    clouds = [triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for shape, T in solids]
+    return [points for points in clouds if np.abs(points - extent.center).max() < _NEARBY * extent.radius]
 
 
 def floor_height(robot: Robot, drawn: float) -> float:

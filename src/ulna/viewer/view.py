@@ -33,7 +33,7 @@ from ulna.viewer.session.changes import Changes
 from ulna.viewer.session.loads import TORQUES, are_known, loads
 from ulna.viewer.session.scene_history import Scene, scene_of, world_of
 from ulna.viewer.session.session import Session
-from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height, height_under
+from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height, height_under, scene_extent
 from ulna.viewer.steer_panel import SteerPanel
 from ulna.viewer.undo_panel import UndoPanel
 
@@ -88,7 +88,7 @@ class View:
         self.arm = Arm(server, robot)
         self.arm.move_to(session.q)
         extent = self.arm.extent
-        ground = add_stage(self.page, extent)
+        ground = add_stage(self.page, extent, scene_extent(session.world, extent))
         self._floor_height, self._under = float(ground.position[2]), ()
         self.clearance = ClearancePanel(server, extent.radius)
         self.allow = server.gui.add_button(
@@ -134,7 +134,7 @@ class View:
                 self.plans = PlanPanel(server, session, self.arm, self._happened)
         self.steer = self.steer or self._add_steering(tabs, jerk, on=False)
         with tabs.add_tab("Look"):
-            self.sight = SightPanel(self.page)
+            self.sight = SightPanel(self.page, lambda: scene_extent(session.world, self.arm.extent))
             self.link.add_choice(server.gui)
             self.look = VisibilityPanel(server.gui, self.arm)
         self.front = FrontTabs(server, _TABS, self._happened)
