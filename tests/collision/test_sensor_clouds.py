@@ -400,7 +400,8 @@ def test_a_plan_among_the_robots_own_points_says_how_to_remove_them(panda, rng):
     world.add("seen", cloud)
     plan = panda.plan(panda.home, panda.home + 0.1, world)
     assert plan.status == ulna.PlanStatus.START_IN_COLLISION
-    assert "seen is a point cloud: if its points are on the robot itself, cloud.without(robot, q) removes them" in str(plan.reason)
+    remedy = "if its points are on the robot itself, cloud.without(robot, q) removes them"
+    assert f"seen is a point cloud: {remedy}" in str(plan.reason)
     world.update("seen", cloud.without(panda, panda.home, padding=0.02))
     assert panda.plan(panda.home, panda.home + 0.1, world)
 

@@ -1,4 +1,4 @@
-"""The light and the camera of the page in a browser: objects cast shadows on what they stand on, and the first view shows them all."""
+"""The light and the camera of the page: objects cast shadows on what they stand on, and the first view shows them all."""
 
 import numpy as np
 import pytest
