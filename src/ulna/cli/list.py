@@ -37,15 +37,21 @@ def _words(robot: KnownRobot) -> str:
 
 
 def list_table(data) -> Iterator[RenderableType]:
-    """Show a row for each robot, their number, and the packages that add more."""
-    table = make_table(["robot", "also called", "from"], [], [""])
+    """Show a table of the arms that come with Ulna, one of the robots in packages, and the packages that add more."""
+    bundled = make_table(["arm", "model"], ["kg", "m"], ["also called"])
+    packaged = make_table(["robot", "also called", "package"], [], [""])
     for robot in data["robots"]:
-        about = "" if robot["installed"] else "not downloaded"
+        also = ", ".join(robot["also"])
         if robot["maker"] is not None:
-            about = f"{robot['maker']} {robot['model']}: {robot['payload']:g} kg, {robot['reach']:g} m"
-        table.add_row(robot["name"], ", ".join(robot["also"]), robot["package"], about)
-    if data["robots"]:
-        yield table
+            model = f"{robot['maker']} {robot['model']}"
+            bundled.add_row(robot["name"], model, f"{robot['payload']:g}", f"{robot['reach']:g}", also)
+        else:
+            packaged.add_row(robot["name"], also, robot["package"], "" if robot["installed"] else "not downloaded")
+    if bundled.row_count:
+        yield bundled
+        yield "kg: rated payload; m: reach"
+    if packaged.row_count:
+        yield packaged
     yield Text(count_of(len(data["robots"]), "robot") if data["robots"] else "no robot matches", "bold")
     if data["to_install"]:
         yield f"for more robots: pip install {' '.join(data['to_install'])}"
