@@ -214,7 +214,7 @@ def test_a_map_of_another_version_is_not_gone_on_with(panda, many_chunks, tmp_pa
     ulna.reachability_map(panda, path, **SMALL)
     verdicts_of(path)[0].unlink()
     monkeypatch.setattr(chunk, "version", lambda _: "99.0")
-    chunk._opened.cache_clear()
+    chunk._open_map.cache_clear()
     with pytest.raises(ulna.FileError, match=r"this is 99\.0"):
         ulna.reachability_map(panda, path, resume=True, **SMALL)
 

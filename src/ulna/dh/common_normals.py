@@ -52,9 +52,9 @@ class Axes:
 
     def parallel(self, tolerance: float) -> NDArray[np.bool_]:
         """Mask of the lines that are parallel to the next one, by rule 5 at the ends."""
-        within = np.full(len(self.directions) - 1, tolerance)
-        within[[0, -1]] = max(tolerance, NEARLY_PARALLEL)
-        return self.tilts <= within
+        tolerances = np.full(len(self.directions) - 1, tolerance)
+        tolerances[[0, -1]] = max(tolerance, NEARLY_PARALLEL)
+        return self.tilts <= tolerances
 
     @property
     def length(self) -> float:
@@ -92,36 +92,36 @@ def common_normals(axes: Axes, *, ends_at_tip: bool, tolerance: float) -> Normal
         tolerance: Axes within this angle [rad] are parallel; parallel ones within this distance [m] coincide.
     """
     z, parallel = axes.directions, axes.parallel(tolerance)
-    points = _with_prismatic_axes_placed(axes, parallel, ends_at_tip=ends_at_tip)
-    last, xs, starts, ends = len(z) - 2, [np.array([1.0, 0.0, 0.0])], [], [points[0]]
-    for i in range(last + 1):
+    points = _place_prismatic_axes(axes, parallel, ends_at_tip=ends_at_tip)
+    last_line, xs, starts, ends = len(z) - 2, [np.array([1.0, 0.0, 0.0])], [], [points[0]]
+    for i in range(last_line + 1):
         if parallel[i]:
             start = _free_start(i, axes, points, ends[-1], ends_at_tip=ends_at_tip)
             end = _project(start, points[i + 1], z[i + 1])
-            along = end - start
+            direction = end - start
         else:
             start, end = _nearest_points(points[i], z[i], points[i + 1], z[i + 1])
-            along = np.cross(z[i], z[i + 1])
-        if parallel[i] and np.linalg.norm(along) <= tolerance:
-            x = _perpendicular(axes.x_tip if i == last else xs[-1], z[i])
+            direction = np.cross(z[i], z[i + 1])
+        if parallel[i] and np.linalg.norm(direction) <= tolerance:
+            x = _perpendicular(axes.x_tip if i == last_line else xs[-1], z[i])
         else:
-            x = _perpendicular(along, z[i])
-            to_tip = ends_at_tip and i == last
-            turn = _angle(x, axes.x_tip, z[i + 1]) if to_tip else _angle(xs[-1], x, z[i])
-            x = x if -np.pi / 2 + _SLACK < turn <= np.pi / 2 + _SLACK else -x
+            x = _perpendicular(direction, z[i])
+            to_tip = ends_at_tip and i == last_line
+            angle = _angle(x, axes.x_tip, z[i + 1]) if to_tip else _angle(xs[-1], x, z[i])
+            x = x if -np.pi / 2 + _SLACK < angle <= np.pi / 2 + _SLACK else -x
         xs.append(x)
         starts.append(start)
         ends.append(end)
-    return _measured(z, np.array(xs), np.array(starts), np.array(ends))
+    return _dh_numbers(z, np.array(xs), np.array(starts), np.array(ends))
 
 
-def _measured(z: Array, xs: Array, starts: Array, ends: Array) -> Normals:
+def _dh_numbers(z: Array, xs: Array, starts: Array, ends: Array) -> Normals:
     """Compute the four DH numbers; ``xs`` begins with the base's x, ``ends`` with its origin."""
     x = xs[1:]
     return Normals(
-        a=_along(x, ends[1:] - starts),
+        a=_row_products(x, ends[1:] - starts),
         alpha=np.array([_angle(*pair) for pair in zip(z[:-1], z[1:], x, strict=True)]),
-        d=_along(z[1:-1], starts[1:] - ends[1:-1]),
+        d=_row_products(z[1:-1], starts[1:] - ends[1:-1]),
         theta=np.array([_angle(*pair) for pair in zip(x[:-1], x[1:], z[1:-1], strict=True)]),
         x=x,
         starts=starts,
@@ -129,7 +129,7 @@ def _measured(z: Array, xs: Array, starts: Array, ends: Array) -> Normals:
     )
 
 
-def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_], *, ends_at_tip: bool) -> Array:
+def _place_prismatic_axes(axes: Axes, parallel: NDArray[np.bool_], *, ends_at_tip: bool) -> Array:
     """The points, with those of prismatic axes moved to the next frame's origin, from tip to base."""
     points, z, tip = axes.points.copy(), axes.directions, len(axes.points) - 1
     for i in range(tip - 1, 0, -1):
@@ -146,14 +146,14 @@ def _with_prismatic_axes_placed(axes: Axes, parallel: NDArray[np.bool_], *, ends
     return points
 
 
-def _free_start(i: int, axes: Axes, points: Array, arrived: Array, *, ends_at_tip: bool) -> Array:
+def _free_start(i: int, axes: Axes, points: Array, previous_end: Array, *, ends_at_tip: bool) -> Array:
     """The point of line i where the normal to a parallel line begins."""
     if i == len(points) - 2:
         return _project(points[-1], points[i], axes.directions[i]) if ends_at_tip else points[i]
     if axes.prismatic[i]:
         return points[i]
-    distance = np.linalg.norm(arrived - points[i])
-    return arrived if distance <= axes.length or axes.tilts[i] * distance <= _ROUNDING else points[i]
+    distance = np.linalg.norm(previous_end - points[i])
+    return previous_end if distance <= axes.length or axes.tilts[i] * distance <= _ROUNDING else points[i]
 
 
 def _nearest_points(p: Array, u: Array, s: Array, v: Array) -> tuple[Array, Array]:
@@ -169,8 +169,8 @@ def _project(point: Array, p: Array, u: Array) -> Array:
 
 def _perpendicular(vector: Array, z: Array) -> Array:
     """The unit vector along the component of a vector orthogonal to z."""
-    across = vector - (vector @ z) * z
-    return across / np.linalg.norm(across)
+    component = vector - (vector @ z) * z
+    return component / np.linalg.norm(component)
 
 
 def _angle(start: Array, end: Array, about: Array) -> float:
@@ -178,5 +178,5 @@ def _angle(start: Array, end: Array, about: Array) -> float:
     return angle if angle > -np.pi + _SLACK else angle + 2 * np.pi
 
 
-def _along(x: Array, vectors: Array) -> Array:
+def _row_products(x: Array, vectors: Array) -> Array:
     return np.einsum("ij,ij->i", x, vectors)

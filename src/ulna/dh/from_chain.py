@@ -15,7 +15,7 @@ from ulna.description.robot_description import Description, Joint, JointType, Mi
 from ulna.description.structure import moving_joints
 from ulna.description.subtree import chain_joints
 from ulna.dh.common_normals import NEARLY_PARALLEL, Axes, Normals, common_normals
-from ulna.dh.table import DHTable, around_the_motion, checked_convention
+from ulna.dh.table import DHTable, checked_convention, constant_poses
 from ulna.errors import InputError
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST, OFFSET, PRISMATIC, RATIO
 from ulna.kinematics.forward import forward_kinematics
@@ -39,9 +39,9 @@ def dh_table(description: Description, tree: Tree, link: str, convention: str, t
     _refuse_far_normals(chain, axes, rows, tolerance)
     tables = [
         _table(description, tree, link, convention, chain, some, tuple(_notes(chain, axes, tolerance)))
-        for some in _as_they_are_and_cleaned(rows, _frame_0(axes, normals, convention))
+        for some in _exact_and_rounded(rows, _frame_0(axes, normals, convention))
     ]
-    return tables[1] if _as_good_as(tables[1], tables[0]) else tables[0]
+    return tables[1] if _is_as_exact(tables[1], tables[0]) else tables[0]
 
 
 def _axes(chain: DHChain, tolerance: float) -> Axes:
@@ -67,7 +67,7 @@ def _frame_0(axes: Axes, normals: Normals, convention: str) -> Array:
     return T
 
 
-def _as_they_are_and_cleaned(rows: Array, T_base_0: Array) -> Iterator[tuple[Array, Array]]:
+def _exact_and_rounded(rows: Array, T_base_0: Array) -> Iterator[tuple[Array, Array]]:
     yield rows, T_base_0
     angles = rows[:, 2:]
     quarters = np.round(angles / (np.pi / 2)) * (np.pi / 2)
@@ -87,13 +87,13 @@ def _table(
     link: str,
     convention: str,
     chain: DHChain,
-    begun: tuple[Array, Array],
+    rows_and_base: tuple[Array, Array],
     notes: tuple[str, ...],
 ) -> DHTable:
     """The table of these rows after ``T_base_0``; the remaining pose of the tip at zero is ``T_n_tip``."""
-    rows, T_base_0 = begun
-    nowhere = np.zeros((1, len(rows)))
-    T_n_tip = _decimal(inverse(_frame_n(rows, convention, T_base_0, chain, nowhere)[0]) @ chain.T_base_tip)
+    rows, T_base_0 = rows_and_base
+    zero_positions = np.zeros((1, len(rows)))
+    T_n_tip = _decimal(inverse(_frame_n(rows, convention, T_base_0, chain, zero_positions)[0]) @ chain.T_base_tip)
     q = random_positions(tree, _N_CONFIGURATIONS)
     positions = q[:, chain.table[:, COLUMN].astype(int)] * chain.table[:, RATIO] + chain.table[:, OFFSET]
     T_table = _frame_n(rows, convention, T_base_0, chain, positions) @ T_n_tip
@@ -121,12 +121,12 @@ def _frame_n(rows: Array, convention: str, T_base_0: Array, chain: DHChain, posi
     """T_base_n at joint positions (m, n), shape (m, 4, 4): the table's product of transforms, written out."""
     pose = np.broadcast_to(T_base_0, (len(positions), 4, 4))
     for row, kind, position in zip(rows, chain.table[:, KIND], positions.T, strict=True):
-        before, behind = around_the_motion(row, convention)
-        pose = pose @ before @ motion_along_z(int(kind), position) @ behind
+        pose_before, pose_after = constant_poses(row, convention)
+        pose = pose @ pose_before @ motion_along_z(int(kind), position) @ pose_after
     return pose
 
 
-def _as_good_as(table: DHTable, exact: DHTable) -> bool:
+def _is_as_exact(table: DHTable, exact: DHTable) -> bool:
     return (
         table.max_position_difference <= exact.max_position_difference + 10 * _ROUNDING
         and table.max_rotation_difference <= exact.max_rotation_difference + 10 * _ROUNDING
@@ -184,7 +184,7 @@ def dh_chain(description: Description, tree: Tree, link: str) -> DHChain:
             message = f"the chain from {tree.root!r} to {link!r} has the {joint.type} joint {joint.name!r}"
             raise InputError("link", f"{message}, which no row of a DH table can describe")
     names = iter(moving_joints(description, joints))
-    pose, kept, rows, frames = np.eye(4), [], [], []
+    pose, moving, rows, frames = np.eye(4), [], [], []
     for row in table:
         pose = pose @ row_pose(row)
         if row[KIND] == FIXED:
@@ -193,10 +193,10 @@ def dh_chain(description: Description, tree: Tree, link: str) -> DHChain:
         if row[RATIO] == 0:  # it does not move, and belongs to the constant part
             pose = pose @ motion_along_z(int(row[KIND]), row[OFFSET])
         else:
-            kept.append(joint)
+            moving.append(joint)
             rows.append(row)
             frames.append(pose)
-    return DHChain(tuple(kept), np.array(rows).reshape(-1, table.shape[1]), np.array(frames).reshape(-1, 4, 4), pose)
+    return DHChain(tuple(moving), np.array(rows).reshape(-1, table.shape[1]), np.array(frames).reshape(-1, 4, 4), pose)
 
 
 def mimics_within(chain: DHChain) -> Iterator[Mimic | None]:

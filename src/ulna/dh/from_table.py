@@ -10,7 +10,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.likely_units import check_description, check_dh_rows
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description, Joint, JointType, Limits, Link, Mimic
-from ulna.dh.table import DHTable, around_the_motion, checked_convention
+from ulna.dh.table import DHTable, checked_convention, constant_poses
 from ulna.errors import InputError, count_of, did_you_mean
 from ulna.kernels.layout import LARGEST
 
@@ -73,14 +73,14 @@ def _serial_arm(
         chain.fix("base_to_link0", "link0", T_base_0)
     for k, (numbers, row) in enumerate(zip(table, rows, strict=True), start=1):
         child = f"link{k}"
-        before, behind = around_the_motion(numbers, convention)
+        pose_before, pose_after = constant_poses(numbers, convention)
         if row.type == JointType.FIXED:
-            chain.add(row, child, before @ behind)
-        elif np.array_equal(behind, np.eye(4)):
-            chain.add(row, child, before)
+            chain.add(row, child, pose_before @ pose_after)
+        elif np.array_equal(pose_after, np.eye(4)):
+            chain.add(row, child, pose_before)
         else:
-            chain.add(row, f"{child}_carrier", before)
-            chain.fix(f"{row.name}_offset", child, behind)
+            chain.add(row, f"{child}_carrier", pose_before)
+            chain.fix(f"{row.name}_offset", child, pose_after)
     if T_n_tip is not None:
         chain.fix(f"{chain.links[-1].name}_to_tip", "tip", T_n_tip)
     return Description(name, tuple(chain.links), tuple(chain.joints), source="DH table")
@@ -89,8 +89,8 @@ def _serial_arm(
 class _Chain:
     """A growing list of links and joints; names of fixed joints avoid those of the rows."""
 
-    def __init__(self, taken: set[str]) -> None:
-        self.links, self.joints, self.taken = [Link("base")], [], taken
+    def __init__(self, used_names: set[str]) -> None:
+        self.links, self.joints, self.used_names = [Link("base")], [], used_names
 
     def add(self, row: _Row, child: str, T_parent_joint: NDArray) -> None:
         parent = self.links[-1].name
@@ -99,7 +99,7 @@ class _Chain:
         self.links.append(Link(child))
 
     def fix(self, name: str, child: str, T_parent_child: NDArray) -> None:
-        while name in self.taken:
+        while name in self.used_names:
             name += "_"
         self.add(_Row(name, JointType.FIXED, Limits()), child, T_parent_child)
 

@@ -28,13 +28,13 @@ def checked_convention(convention: str) -> str:
     return convention
 
 
-def around_the_motion(row: Array, convention: str) -> tuple[Array, Array]:
+def constant_poses(row: Array, convention: str) -> tuple[Array, Array]:
     """The constant poses before and after Rz(q) or Tz(q) in one row's transform."""
     a, d, alpha, theta = row
-    along_z, along_x = np.eye(4), np.eye(4)
-    along_z[2, 3], along_x[0, 3] = d, a
-    along_z[:3, :3], along_x[:3, :3] = matrix_from_rpy((0, 0, theta)), matrix_from_rpy((alpha, 0, 0))
-    return (along_x @ along_z, np.eye(4)) if convention == "modified" else (along_z, along_x)
+    T_z, T_x = np.eye(4), np.eye(4)
+    T_z[2, 3], T_x[0, 3] = d, a
+    T_z[:3, :3], T_x[:3, :3] = matrix_from_rpy((0, 0, theta)), matrix_from_rpy((alpha, 0, 0))
+    return (T_x @ T_z, np.eye(4)) if convention == "modified" else (T_z, T_x)
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ from ulna.kernels.chain.closed_form_layout import N_BRANCHES, UNPROVED
 from ulna.kernels.ik.search_layout import WHOLE_POSE
 from ulna.kinematics.positions import as_configuration
 from ulna.kinematics.tree import Tree, entry_names
-from ulna.kinematics.turns import every_turn, turning_columns
+from ulna.kinematics.turns import all_turns, turning_columns
 
 Array = NDArray[np.float64]
 _One = tuple[Array, NDArray[np.bool_], NDArray[np.bool_], int]
@@ -224,6 +224,6 @@ def _padded(rows: list[Array], n_dof: int) -> tuple[Array, NDArray[np.bool_]]:
 def _with_turns(tree: Tree, link: str, found: Branches) -> Branches:
     """Every solution with every whole turn within the limits; solutions beyond the limits are left out."""
     turning = turning_columns(tree.chain(link), tree.n_dof)
-    turned = [[every_turn(q, tree.lower, tree.upper, turning) for q in found.q[i, found.valid[i]]] for i in range(len(found.q))]
+    turned = [[all_turns(q, tree.lower, tree.upper, turning) for q in found.q[i, found.valid[i]]] for i in range(len(found.q))]
     q, real = _padded([np.vstack([np.empty((0, tree.n_dof)), *rows]) for rows in turned], tree.n_dof)
     return Branches(q, real, real.copy(), found.proof)

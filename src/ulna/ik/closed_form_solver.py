@@ -23,7 +23,7 @@ from ulna.ik.search.restarts import PoseSearch, run_from_each
 from ulna.ik.solutions import PROOFS, Proof
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.ik.search_records import Results, SearchResult
-from ulna.kinematics.turns import turned_towards, turning_columns
+from ulna.kinematics.turns import turn_towards_middle, turning_columns
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
@@ -151,7 +151,7 @@ class ClosedFormSolver:
         proved, turning = is_proof & ~branches.valid.any(axis=1), turning_columns(form.chain, tree.n_dof)
         least = {}
         for i in np.flatnonzero(proved & branches.real.any(axis=1)).tolist():
-            q = turned_towards(branches.q[i, branches.real[i]], tree.lower, tree.upper, turning)
+            q = turn_towards_middle(branches.q[i, branches.real[i]], tree.lower, tree.upper, turning)
             excess = excess_of(q, tree.lower, tree.upper)
             least[i] = excess[excess.max(axis=1).argmin()]
         return proved, least

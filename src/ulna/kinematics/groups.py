@@ -43,25 +43,25 @@ def joint_groups(description: Description, tree: Tree) -> dict[str, JointGroup]:
     """All groups of a robot, by name."""
     groups = {group.name: group for group in description.srdf.groups}
     carriers = {joint.child: joint for joint in description.joints}
-    own = {name: own_joints(group, carriers) for name, group in groups.items()}
+    own_joints_by_group = {name: own_joints(group, carriers) for name, group in groups.items()}
     children = {joint.name: joint.child for joint in description.joints}
-    hands = {}
+    effector_links = {}
     for effector in description.srdf.end_effectors:
-        hands.setdefault(effector.parent_group, set()).add(effector.parent_link)
+        effector_links.setdefault(effector.parent_group, set()).add(effector.parent_link)
     slices = dict(zip(tree.joint_names, tree.joint_slices, strict=True))
-    found = {}
+    resolved = {}
     for name in groups:
-        members = _with_subgroups(name, groups)
-        joints = set().union(*(own[member] for member in members))
+        members = _subgroup_names(name, groups)
+        joints = set().union(*(own_joints_by_group[member] for member in members))
         links = {children[joint] for joint in joints if joint in children}.union(*(groups[m].links for m in members))
         moving = tuple(joint for joint in slices if joint in joints)
         columns = tuple(column for joint in moving for column in range(slices[joint].start, slices[joint].stop))
         tips = _ends({chain for member in members for chain in groups[member].chains}, carriers)
         tips = tips or links - {carriers[link].parent for link in links if link in carriers}
-        tips = hands[name] if len(tips) > 1 and len(hands.get(name, ())) == 1 else tips
+        tips = effector_links[name] if len(tips) > 1 and len(effector_links.get(name, ())) == 1 else tips
         of_links, of_tips = (tuple(link for link in tree.link_names if link in some) for some in (links, tips))
-        found[name] = JointGroup(name, moving, columns, of_links, of_tips)
-    return found
+        resolved[name] = JointGroup(name, moving, columns, of_links, of_tips)
+    return resolved
 
 
 def group_named(name: str, groups: Mapping[str, JointGroup]) -> JointGroup:
@@ -80,13 +80,13 @@ def state_named(name: str, states: Iterable[GroupState], group: JointGroup | Non
     Without a group, a name that only one state has is enough.
     """
     by_key = {state.key: state for state in states}
-    alike = [key for key, state in by_key.items() if state.name == name]
+    same_name = [key for key, state in by_key.items() if state.name == name]
     key = name if name in by_key or group is None else f"{group.name}/{name}"
-    if key not in by_key and group is None and len(alike) == 1:
-        key = alike[0]
+    if key not in by_key and group is None and len(same_name) == 1:
+        key = same_name[0]
     if key not in by_key:
         hint = "" if by_key else "; states are read from an SRDF: ulna.load(..., srdf=...)"
-        raise UnknownNameError("state of the SRDF", name, alike or by_key, hint)
+        raise UnknownNameError("state of the SRDF", name, same_name or by_key, hint)
     return by_key[key]
 
 
@@ -116,7 +116,7 @@ def _ends(chains: set[tuple[str, str]], carriers: dict[str, Joint]) -> set[str]:
     return {tip for _, tip in chains} - {joint.parent for joint in carriers.values() if joint.name in joints}
 
 
-def _with_subgroups(name: str, groups: dict[str, Group]) -> set[str]:
+def _subgroup_names(name: str, groups: dict[str, Group]) -> set[str]:
     found, waiting = {name}, [name]
     while waiting:
         new = set(groups[waiting.pop()].subgroups) - found

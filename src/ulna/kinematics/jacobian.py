@@ -56,8 +56,8 @@ class JacobianByLink(dict[tuple[str | None, str], CompiledJacobian]):
         name = self._tree.link_or_tip(link)
         as_frame(expressed_in)  # raises an error for an unknown frame
         self._tree.chain(name)  # and for an unknown link
-        made = self.get((name, expressed_in))
-        function = made or self.setdefault((name, expressed_in), CompiledJacobian(self._tree, name, expressed_in))
+        known = self.get((name, expressed_in))
+        function = known or self.setdefault((name, expressed_in), CompiledJacobian(self._tree, name, expressed_in))
         return self.setdefault((link, expressed_in), function)
 
 
@@ -90,8 +90,8 @@ def analytical_jacobian(tree: Tree, q: ArrayLike, link: str, out: Array | None =
         raise SingularityError(_locked_message(locked), tuple(map(tuple, np.argwhere(locked).tolist())))
     wx, wy, wz = np.moveaxis(J[..., 3:, :].copy(), -2, 0)
     sin_yaw, cos_yaw, cos_pitch, tan_pitch = (f[..., None] for f in (np.sin(yaw), np.cos(yaw), np.cos(pitch), np.tan(pitch)))
-    along = cos_yaw * wx + sin_yaw * wy
-    J[..., 3, :], J[..., 4, :], J[..., 5, :] = along / cos_pitch, cos_yaw * wy - sin_yaw * wx, wz + tan_pitch * along
+    rotated = cos_yaw * wx + sin_yaw * wy
+    J[..., 3, :], J[..., 4, :], J[..., 5, :] = rotated / cos_pitch, cos_yaw * wy - sin_yaw * wx, wz + tan_pitch * rotated
     return J
 
 

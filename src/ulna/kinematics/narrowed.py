@@ -56,14 +56,14 @@ def narrowed_description(description: Description, tree: Tree) -> Description:
             if np.isfinite([lower, upper]).any() or len(set(velocity.tolist())) > 1:
                 raise InputError("robot", f"{joint.name!r} was narrowed, and a description has no limits of a {joint.type} joint")
             return replace(joint, limits=replace(joint.limits, velocity=float(velocity[0])))
-        most, jerk = (float(each[entries].min()) for each in (caps.acceleration, caps.jerk))
+        acceleration, jerk = (float(each[entries].min()) for each in (caps.acceleration, caps.jerk))
         limits = replace(
             joint.limits,
             lower=float(lower[0]),
             upper=float(upper[0]),
             velocity=float(velocity[0]),
-            acceleration=min(joint.limits.acceleration, most),
-            deceleration=min(joint.limits.deceleration, most),
+            acceleration=min(joint.limits.acceleration, acceleration),
+            deceleration=min(joint.limits.deceleration, acceleration),
             jerk=min(joint.limits.jerk, jerk),
         )
         kind = joint.type

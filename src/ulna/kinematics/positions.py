@@ -38,10 +38,10 @@ def as_configuration(q: ArrayLike, tree: Tree, name: str) -> NDArray[np.float64]
 
 def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
     """Raise an error for a q with NaN, infinity or a number too large to compute with."""
-    within = np.abs(q) <= LARGEST
-    if within.all():
+    in_range = np.abs(q) <= LARGEST
+    if in_range.all():
         return
-    bad = np.argwhere(~within)[0]
+    bad = np.argwhere(~in_range)[0]
     index = ", ".join(str(int(k)) for k in bad)
     value = q[tuple(bad)]
     reason = "not a finite number" if not np.isfinite(value) else f"beyond {LARGEST:g}, where angles lose their digits"
@@ -50,7 +50,7 @@ def refuse_out_of_range(q: NDArray[np.float64], name: str = "q") -> None:
 
 def is_within(q: NDArray[np.float64], tree: Tree) -> bool:
     """Whether every entry of q, shape (..., n_dof), is within the limits, and small enough to compute with."""
-    return bool(((tree.least <= q) & (q <= tree.most)).all())
+    return bool(((tree.lower_finite <= q) & (q <= tree.upper_finite)).all())
 
 
 def flat(q: NDArray[np.float64]) -> NDArray[np.float64]:

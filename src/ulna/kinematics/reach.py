@@ -29,31 +29,36 @@ _ENDLESS = 1e100  # m: a larger length has no finite square
 class Reach:
     """Bounds on the distance [m] of two points of an arm: ``base_point``, and ``end_point`` in the end's frame.
 
-    The distance of ``end_point`` is at least ``least`` and at most ``most``; that of the end's origin is at least
-    ``least_of_origin`` and at most ``most_of_origin``. ``lengths`` is the sum of all lengths in these bounds, for rounding.
+    The distance of ``end_point`` is at least ``min_distance`` and at most ``max_distance``. That of the end's origin is at
+    least ``min_origin_distance`` and at most ``max_origin_distance``. ``lengths`` is the sum of all lengths in these bounds, for
+    rounding.
     """
 
     base_point: Array
     end_point: Array
-    least: float
-    most: float
-    least_of_origin: float
-    most_of_origin: float
+    min_distance: float
+    max_distance: float
+    min_origin_distance: float
+    max_origin_distance: float
     lengths: float
 
     def distance(self, targets: Array, *, position_only: bool) -> tuple[Array, float, float]:
         """The distance from ``base_point`` that each target (n, 4, 4) requires [m], and its minimum and maximum."""
         if position_only:
-            points, least, most = targets[:, :3, 3], self.least_of_origin, self.most_of_origin
+            points, min_distance, max_distance = targets[:, :3, 3], self.min_origin_distance, self.max_origin_distance
         else:
-            points, least, most = targets[:, :3, :3] @ self.end_point + targets[:, :3, 3], self.least, self.most
-        return np.linalg.norm(points - self.base_point, axis=-1), least, most
+            points, min_distance, max_distance = (
+                targets[:, :3, :3] @ self.end_point + targets[:, :3, 3],
+                self.min_distance,
+                self.max_distance,
+            )
+        return np.linalg.norm(points - self.base_point, axis=-1), min_distance, max_distance
 
     def excess(self, targets: Array, *, position_only: bool) -> Array:
         """The distance by which each target (n, 4, 4) is provably out of reach, or inside the hole [m]."""
-        distance, least, most = self.distance(targets, position_only=position_only)
-        beyond = np.maximum(distance - most, least - distance)
-        return np.where(beyond > _ROUNDING * (self.lengths + np.linalg.norm(targets[:, :3, 3], axis=-1)), beyond, 0.0)
+        distance, min_distance, max_distance = self.distance(targets, position_only=position_only)
+        excess = np.maximum(distance - max_distance, min_distance - distance)
+        return np.where(excess > _ROUNDING * (self.lengths + np.linalg.norm(targets[:, :3, 3], axis=-1)), excess, 0.0)
 
 
 def reach_of(chain: Array, lower: Array, upper: Array) -> Reach | None:
@@ -64,18 +69,18 @@ def reach_of(chain: Array, lower: Array, upper: Array) -> Reach | None:
     s = np.zeros(len(links) - 1)  # the position of each axis' point along the axis
     for _ in range(_SWEEPS):
         for k in range(1, len(s) - 1):
-            s[k] = _shortest_over_axis(links[k].near(s[k - 1]), links[k + 1].far(s[k + 1]))
+            s[k] = _shortest_over_axis(links[k].in_second_frame(s[k - 1]), links[k + 1].in_first_frame(s[k + 1]))
         if len(s) > 1:
-            s[0], s[-1] = links[1].far(s[1])[0], links[-2].near(s[-2])[0]
+            s[0], s[-1] = links[1].in_first_frame(s[1])[0], links[-2].in_second_frame(s[-2])[0]
     segments = [links[k].lengths(s[k - 1], s[k]) for k in range(1, len(s))]
     base, end = links[0], links[-1]
-    least, most = _range([*segments, (0.0, base.spread), (0.0, end.spread)])
+    min_distance, max_distance = _range([*segments, (0.0, base.spread), (0.0, end.spread)])
     base_point = base.middle + s[0] * base.axis
-    end_point = -(end.turn.T @ (end.middle - s[-1] * np.array([0.0, 0.0, 1.0])))
+    end_point = -(end.rotation.T @ (end.middle - s[-1] * np.array([0.0, 0.0, 1.0])))
     tail = (float(np.linalg.norm(end_point)) - end.spread, float(np.linalg.norm(end_point)) + end.spread)
-    least_of_origin, most_of_origin = _range([*segments, (0.0, base.spread), (max(0.0, tail[0]), tail[1])])
+    min_origin_distance, max_origin_distance = _range([*segments, (0.0, base.spread), (max(0.0, tail[0]), tail[1])])
     lengths = sum(float(np.linalg.norm(link.corners, axis=1).max()) for link in links) + float(np.abs(s).sum())
-    return Reach(base_point, end_point, least, most, least_of_origin, most_of_origin, lengths)
+    return Reach(base_point, end_point, min_distance, max_distance, min_origin_distance, max_origin_distance, lengths)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,34 +89,34 @@ class _Link:
 
     Attributes:
         middle: Its translation.
-        turn: Its rotation.
+        rotation: Its rotation matrix.
         corners: The translation at every combination of the prismatic joints' limits, (m, 3).
         spread: The maximum distance of the corners from ``middle``.
     """
 
     middle: Array
-    turn: Array
+    rotation: Array
     corners: Array
     spread: float
 
     @property
     def axis(self) -> Array:
-        return self.turn[:, 2]
+        return self.rotation[:, 2]
 
-    def near(self, s: float) -> tuple[float, float]:
+    def in_second_frame(self, s: float) -> tuple[float, float]:
         """The cylindrical coordinates of point s of the first axis in the frame of the second: z, radius."""
-        p = self.turn.T @ (np.array([0.0, 0.0, s]) - self.middle)
+        p = self.rotation.T @ (np.array([0.0, 0.0, s]) - self.middle)
         return p[2], float(np.hypot(p[0], p[1]))
 
-    def far(self, s: float) -> tuple[float, float]:
+    def in_first_frame(self, s: float) -> tuple[float, float]:
         """The cylindrical coordinates of point s of the second axis in the frame of the first: z, radius."""
         p = self.middle + s * self.axis
         return p[2], float(np.hypot(p[0], p[1]))
 
     def lengths(self, s_near: float, s_far: float) -> tuple[float, float]:
         """The minimum and the maximum distance between a point of the first axis and one of the second."""
-        at = self.corners + s_far * self.axis - np.array([0.0, 0.0, s_near])
-        largest = float(np.linalg.norm(at, axis=1).max())
+        differences = self.corners + s_far * self.axis - np.array([0.0, 0.0, s_near])
+        largest = float(np.linalg.norm(differences, axis=1).max())
         middle = float(np.linalg.norm(self.middle + s_far * self.axis - np.array([0.0, 0.0, s_near])))
         return (max(0.0, middle - self.spread), largest)
 
@@ -121,15 +126,15 @@ def _shortest_over_axis(p: tuple[float, float], q: tuple[float, float]) -> float
 
     Both points are given by z along the axis and radius.
     """
-    away = p[1] + q[1]
-    return (p[0] + q[0]) / 2 if away < 1e-12 else (p[0] * q[1] + q[0] * p[1]) / away
+    radii = p[1] + q[1]
+    return (p[0] + q[0]) / 2 if radii < 1e-12 else (p[0] * q[1] + q[0] * p[1]) / radii
 
 
 def _range(segments: list[tuple[float, float]]) -> tuple[float, float]:
     """The minimum and the maximum distance between the ends of a path of segments with bounded lengths."""
-    most = sum(largest for _, largest in segments)
-    least = max(least - (most - largest) for least, largest in segments)
-    return max(0.0, least), most
+    longest = sum(largest for _, largest in segments)
+    shortest = max(shortest - (longest - largest) for shortest, largest in segments)
+    return max(0.0, shortest), longest
 
 
 def _links(chain: Array, lower: Array, upper: Array) -> list[_Link] | None:

@@ -42,20 +42,20 @@ def random_range(tree: Tree) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """
     slides = np.zeros(tree.n_dof, dtype=bool)
     slides[tree.joints[tree.joints[:, KIND] == PRISMATIC, COLUMN].astype(np.int64)] = True
-    most, half = np.where(slides, LARGEST, _NO_LIMIT), np.where(slides, length_of_robot(tree), np.pi)
-    below, above = tree.lower < -most, tree.upper > most
-    low = np.where(below, np.where(above, -half, tree.upper - 2 * half), tree.lower)
-    return low, np.where(above, low + 2 * half, tree.upper)
+    missing_limit, half_range = np.where(slides, LARGEST, _NO_LIMIT), np.where(slides, length_of_robot(tree), np.pi)
+    no_lower, no_upper = tree.lower < -missing_limit, tree.upper > missing_limit
+    low = np.where(no_lower, np.where(no_upper, -half_range, tree.upper - 2 * half_range), tree.lower)
+    return low, np.where(no_upper, low + 2 * half_range, tree.upper)
 
 
 def length_of_robot(tree: Tree) -> float:
     """The length of the longest chain, with prismatic joints at 0 [m]; 1 for a robot of length 0."""
-    far = np.zeros(len(tree.joints))
+    distances = np.zeros(len(tree.joints))
     for k, row in enumerate(tree.joints):
         parent = int(row[PARENT])
-        far[k] = np.linalg.norm(row[3:12:4]) + (far[parent] if parent >= 0 else 0.0)
+        distances[k] = np.linalg.norm(row[3:12:4]) + (distances[parent] if parent >= 0 else 0.0)
     tips = [
-        np.linalg.norm(T[:3, 3]) + (far[tree.link_row[link]] if tree.link_row[link] >= 0 else 0.0)
+        np.linalg.norm(T[:3, 3]) + (distances[tree.link_row[link]] if tree.link_row[link] >= 0 else 0.0)
         for link, T in tree.link_offset.items()
     ]
     return float(max(tips)) or 1.0

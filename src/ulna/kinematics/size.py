@@ -19,9 +19,9 @@ def longest_slide(chain: Array, lower: Array, upper: Array) -> float:
     """The longest stroke of a chain's prismatic joints [m]; 1 m for an unlimited one, 0 without any."""
     rows = chain[chain[:, KIND] == PRISMATIC]
     columns = rows[:, COLUMN].astype(np.int64)
-    ends = (np.abs(lower[columns]) <= LARGEST) & (np.abs(upper[columns]) <= LARGEST)
-    ways = np.subtract(upper[columns], lower[columns], out=np.ones(len(rows)), where=ends)
-    return float(np.where(ends, np.abs(rows[:, RATIO]) * ways, 1.0).max(initial=0.0))
+    limited = (np.abs(lower[columns]) <= LARGEST) & (np.abs(upper[columns]) <= LARGEST)
+    strokes = np.subtract(upper[columns], lower[columns], out=np.ones(len(rows)), where=limited)
+    return float(np.where(limited, np.abs(rows[:, RATIO]) * strokes, 1.0).max(initial=0.0))
 
 
 def size_of(length: float, slide: float) -> float:

@@ -100,12 +100,12 @@ class Tree:
         return (self.n_dof,)
 
     @cached_property
-    def least(self) -> NDArray[np.float64]:
+    def lower_finite(self) -> NDArray[np.float64]:
         """The lower limits, clipped to the range that can be computed with, shape (n_dof,)."""
         return np.maximum(self.lower, -LARGEST)
 
     @cached_property
-    def most(self) -> NDArray[np.float64]:
+    def upper_finite(self) -> NDArray[np.float64]:
         """The upper limits, clipped to the range that can be computed with, shape (n_dof,)."""
         return np.minimum(self.upper, LARGEST)
 
@@ -153,8 +153,8 @@ class Tree:
     def moving_columns(self, link: str) -> NDArray[np.int64]:
         """The entries of q that move a joint between the base and a link, in order."""
         chain = self.chain(link)
-        moved = (chain[:, KIND] != FIXED) & (chain[:, RATIO] != 0.0)
-        return np.unique(chain[moved, COLUMN].astype(np.int64))
+        moves = (chain[:, KIND] != FIXED) & (chain[:, RATIO] != 0.0)
+        return np.unique(chain[moves, COLUMN].astype(np.int64))
 
     def frame_row(self, link: str, T_link_frame: NDArray[np.float64]) -> NDArray[np.float64]:
         """The row of a table of frames for a frame that is fixed to a link."""
@@ -163,8 +163,8 @@ class Tree:
     def __setstate__(self, state: dict) -> None:
         """Restore the state. Unpickled arrays are writable, but a robot's must not be."""
         self.__dict__.update(state)
-        kept = [*state.values(), *self.link_offset.values(), *self._chains.values(), *(self.narrowed or ())]
-        for array in kept:
+        arrays = [*state.values(), *self.link_offset.values(), *self._chains.values(), *(self.narrowed or ())]
+        for array in arrays:
             if isinstance(array, np.ndarray):
                 array.setflags(write=False)
 
@@ -266,10 +266,10 @@ def _turn_z_onto(axis: NDArray) -> NDArray[np.float64]:
     if square == 0:
         T[:3, :3] = np.diag([1.0, np.sign(z), np.sign(z)])
         return T
-    share = (1 - z) / square if z < 0 else 1 / (1 + z)  # 1 / (1 + z), without the cancellation near z = -1
+    factor = (1 - z) / square if z < 0 else 1 / (1 + z)  # 1 / (1 + z), without the cancellation near z = -1
     T[:3, :3] = [
-        [1 - x * x * share, -x * y * share, x],
-        [-x * y * share, 1 - y * y * share, y],
+        [1 - x * x * factor, -x * y * factor, x],
+        [-x * y * factor, 1 - y * y * factor, y],
         [-x, -y, z],
     ]
     return T

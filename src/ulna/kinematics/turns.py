@@ -31,30 +31,30 @@ def turning_columns(chain: Array, n_dof: int) -> NDArray[np.bool_]:
 def nearest_turns(q: Array, goal: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
     """q (..., n_dof) with whole turns added that bring each turning entry nearest to ``goal`` within the bounds."""
     with np.errstate(invalid="ignore"):
-        near = q - TURN * np.rint((q - goal) / TURN)
-        near = near + TURN * np.ceil(np.maximum(lower - near, 0.0) / TURN)
-        near = near - TURN * np.ceil(np.maximum(near - upper, 0.0) / TURN)
-    return np.where(turning & (near >= lower) & (near <= upper), near, q)
+        nearest = q - TURN * np.rint((q - goal) / TURN)
+        nearest = nearest + TURN * np.ceil(np.maximum(lower - nearest, 0.0) / TURN)
+        nearest = nearest - TURN * np.ceil(np.maximum(nearest - upper, 0.0) / TURN)
+    return np.where(turning & (nearest >= lower) & (nearest <= upper), nearest, q)
 
 
-def turned_towards(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
+def turn_towards_middle(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
     """q (..., n_dof) with whole turns added that bring each turning entry nearest to the middle of its range."""
     with np.errstate(invalid="ignore"):  # of joints without limits
         middle = np.where(np.isfinite(lower) & np.isfinite(upper), (lower + upper) / 2, q)
     return np.where(turning, q - TURN * np.rint((q - middle) / TURN), q)
 
 
-def every_turn(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
+def all_turns(q: Array, lower: Array, upper: Array, turning: NDArray[np.bool_]) -> Array:
     """All configurations that differ from one (n_dof,) by whole turns and stay within the limits, (k, n_dof).
 
     The given one comes first. Joints without limits on both sides make no turns. A configuration at a limit up to rounding is put
     exactly at the limit.
     """
-    places = [list(_turns_of(*joint)) for joint in zip(q, lower, upper, turning, strict=True)]
-    n = prod(map(len, places))
+    positions = [list(_turns_of(*joint)) for joint in zip(q, lower, upper, turning, strict=True)]
+    n = prod(map(len, positions))
     if n > _MAX_LISTED:
         raise InputError("whole_turns", f"the limits allow {n:,} turns of one solution; {_MAX_LISTED:,} are listed at most")
-    return np.array(list(product(*places)))
+    return np.array(list(product(*positions)))
 
 
 def _turns_of(x: float, lower: float, upper: float, turns: bool) -> Iterator[float]:  # noqa: FBT001 - one of a row of arrays

@@ -284,7 +284,7 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
     if is_within(start, checker.tree):
         return start.copy(), True
     refuse_out_of_range(start, "q_start")
-    inside = np.clip(start, checker.tree.least, checker.tree.most)
+    inside = np.clip(start, checker.tree.lower_finite, checker.tree.upper_finite)
     return (inside, True) if (np.abs(inside - start) <= _ROUNDING).all() else (start.copy(), False)
 
 
@@ -302,7 +302,7 @@ def _beyond(request: Request, more: str = "") -> Reason:
 def _within_limits(request: Request) -> Array | Plan:
     """The nearest configuration within the limits, or a failed plan if the edge to it is not free."""
     tree, start = request.tree, request.start
-    inside = np.clip(start, tree.least, tree.most)
+    inside = np.clip(start, tree.lower_finite, tree.upper_finite)
     if (request.fixed & (inside != start)).any():
         return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request, ", which is held"))
     ways = request.checker.edge_in_collision(start, inside, request.world, self_collision=True, resolution=RESOLUTION)

@@ -25,7 +25,7 @@ from ulna.engine.threads import VARIABLE, default_threads, threads
 from ulna.errors import FileError
 from ulna.reachability.model import robot_from_json
 from ulna.reachability.specification import Specification
-from ulna.reachability.store import is_done, metadata_bytes, open_arrays, read_specification, variables
+from ulna.reachability.store import has_chunk, metadata_bytes, open_arrays, read_specification, variables
 from ulna.reachability.verdicts import REACHED, verdicts
 from ulna.robot import Robot
 
@@ -63,12 +63,12 @@ def run_on_worker(path: str, chunks: tuple[int, ...]) -> Outcome:
 def run_task(path: str, chunks: tuple[int, ...], stop: threading.Event | None = None) -> Outcome:
     """Compute and write the missing chunks, one after the other; ``stop`` ends the task after the current chunk."""
     start, poses = time.perf_counter(), 0
-    opened = _opened(path, metadata_bytes(Path(path)))
+    opened = _open_map(path, metadata_bytes(Path(path)))
     grid = opened.specification.grid
     for chunk in chunks:
         if stop is not None and stop.is_set():
             break
-        if not is_done(opened.path, grid.place(chunk)):
+        if not has_chunk(opened.path, grid.place(chunk)):
             write(opened, chunk, compute(opened, chunk))
         poses += grid.poses_of(chunk)
     return Outcome(poses, time.perf_counter() - start)
@@ -79,7 +79,7 @@ def compute(opened: OpenMap, chunk: int) -> dict[str, NDArray]:
     specification, robot = opened.specification, opened.robot
     region = specification.grid.region(chunk)
     shape = tuple(cut.stop - cut.start for cut in region)
-    reached, every_q, known, branches = verdicts(specification, robot, opened.world, specification.grid.targets(region))
+    reached, every_q, known_solutions, branches = verdicts(specification, robot, opened.world, specification.grid.targets(region))
     solved = np.flatnonzero(reached == REACHED)
     q = every_q[solved]
     values: dict[str, NDArray] = {} if branches is None else {"branches": branches.reshape(shape)}
@@ -90,10 +90,10 @@ def compute(opened: OpenMap, chunk: int) -> dict[str, NDArray]:
             case "clearance":
                 of_solved = robot.signed_distance(q, opened.world)
             case "payload":
-                of_solved = _largest_payload(robot, specification.link, known, len(reached))[solved]
+                of_solved = _largest_payload(robot, specification.link, known_solutions, len(reached))[solved]
             case _:
                 of_solved = q
-        values[name] = _spread(np.asarray(of_solved, dtype=np.float32), solved, shape)
+        values[name] = _fill_unsolved(np.asarray(of_solved, dtype=np.float32), solved, shape)
     return {**values, "reached": reached.reshape(shape)}
 
 
@@ -115,7 +115,7 @@ def write(opened: OpenMap, chunk: int, values: dict[str, NDArray]) -> None:
         raise FileError(str(opened.path), f"a chunk cannot be written ({error.strerror or error})") from None
 
 
-def _spread(of_solved: NDArray[np.float32], solved: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.float32]:
+def _fill_unsolved(of_solved: NDArray[np.float32], solved: NDArray[np.int64], shape: tuple[int, ...]) -> NDArray[np.float32]:
     """The values at the solved poses, NaN at the others."""
     tail = of_solved.shape[1:]
     flat = np.full((math.prod(shape), *tail), np.nan, dtype=np.float32)
@@ -124,7 +124,7 @@ def _spread(of_solved: NDArray[np.float32], solved: NDArray[np.int64], shape: tu
 
 
 @lru_cache(maxsize=_MAX_OPEN)
-def _opened(path: str, metadata: bytes) -> OpenMap:  # noqa: ARG001 -- another map at the same path has other metadata
+def _open_map(path: str, metadata: bytes) -> OpenMap:  # noqa: ARG001 -- another map at the same path has other metadata
     where = Path(path)
     specification = read_specification(where)
     if specification.version != version("ulna"):

@@ -149,9 +149,9 @@ class Grid:
         A point outside gets the nearest voxel.
         """
         index = np.floor((points - np.array(self.low)) / self.voxel)[..., ::-1]
-        most = np.array(self.shape) - 1
-        inside = ((index >= 0) & (index <= most)).all(axis=-1)
-        return np.clip(index, 0, most).astype(np.int64), np.asarray(inside)
+        last = np.array(self.shape) - 1
+        inside = ((index >= 0) & (index <= last)).all(axis=-1)
+        return np.clip(index, 0, last).astype(np.int64), np.asarray(inside)
 
 
 def super_fibonacci(n: int) -> Array:
@@ -172,7 +172,7 @@ def nearest_orientation(T: Array, wxyz: Array) -> NDArray[np.int64]:
 
     The metric is the angle between them, 2 arccos |a . b|: a quaternion and its negative are the same rotation.
     """
-    given = quaternion_from_matrix(T)
+    quaternions = quaternion_from_matrix(T)
     step = max(1, _AT_ONCE // len(wxyz))
-    parts = [np.abs(given[k : k + step] @ wxyz.T).argmax(axis=1) for k in range(0, len(given), step)]
+    parts = [np.abs(quaternions[k : k + step] @ wxyz.T).argmax(axis=1) for k in range(0, len(quaternions), step)]
     return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)

@@ -18,18 +18,18 @@ from ulna.ik.result import IKResult
 from ulna.ik.task import Task
 from ulna.reachability.grid import Grid, Region, nearest_orientation
 from ulna.reachability.model import robot_from_json, robot_to_json
-from ulna.reachability.placement import BasePlacement, around_base, base_placements
+from ulna.reachability.placement import BasePlacement, base_placements, world_around_base
 from ulna.reachability.specification import Specification
 from ulna.reachability.store import (
-    attributes_at,
     check_chunks,
     open_arrays,
+    read_attributes,
     read_specification,
     read_verdicts,
     unreadable,
     zarr_package,
 )
-from ulna.reachability.verdicts import NEVER, NUMBERS, REACHED
+from ulna.reachability.verdicts import NOT_COMPUTED, NUMBERS, REACHED
 from ulna.robot import Robot
 
 Array = NDArray[np.float64]
@@ -110,15 +110,15 @@ class ReachabilityMap:
         zarr_package()
         where = Path(path)
         specification = read_specification(where)
-        own = robot_from_json(specification.model)
+        stored_robot = robot_from_json(specification.model)
         if robot is not None:
-            checked = specification.scene is not None or specification.clearance
-            if robot_to_json(robot, checked=checked, weighed=specification.payload) != specification.model:
+            is_checked = specification.scene is not None or specification.clearance
+            if robot_to_json(robot, checked=is_checked, weighed=specification.payload) != specification.model:
                 raise InputError(
                     "robot",
                     f"the map at {where} is of another robot ({specification.robot}), or of an earlier version of this one",
                 )
-        return cls(where, specification, robot or own)
+        return cls(where, specification, robot or stored_robot)
 
     # ---- what is in it -------------------------------------------------------------------------------------------------
 
@@ -131,7 +131,7 @@ class ReachabilityMap:
     @property
     def attributes(self) -> dict[str, Any]:
         """The attributes of the Zarr group."""
-        return attributes_at(self.path)
+        return read_attributes(self.path)
 
     @cached_property
     def data(self) -> Any:
@@ -145,7 +145,7 @@ class ReachabilityMap:
         for _, reached in self._chunks():
             counts += np.bincount(reached.ravel().view(np.uint8), minlength=256)
         statuses = {str(status): int(counts[number]) for status, number in NUMBERS.items() if counts[number]}
-        missing = int(counts[NEVER % 256])
+        missing = int(counts[NOT_COMPUTED % 256])
         return Summary(self.grid.n_poses, self.grid.n_poses - missing, int(counts[REACHED]), statuses)
 
     @property
@@ -162,7 +162,7 @@ class ReachabilityMap:
         values = np.zeros(self.grid.shape, dtype=_FLOATS)
         for region, reached in self._chunks():
             part = (reached == REACHED).sum(axis=-1).astype(_FLOATS)
-            part[(reached == NEVER).any(axis=-1)] = np.nan
+            part[(reached == NOT_COMPUTED).any(axis=-1)] = np.nan
             values[region[:3]] += part
         values /= self.grid.orientations
         axes = dict(zip("zyx", self.grid.axes, strict=True))
@@ -263,9 +263,9 @@ class ReachabilityMap:
         if self.grid != other.grid:
             raise InputError("other", f"its grid differs: {other.grid}, here {self.grid}")
         counts = np.zeros(4, dtype=np.int64)
-        for (_, here), (_, there) in zip(self._chunks(), other._chunks(), strict=True):
-            known = (here != NEVER) & (there != NEVER)
-            counts += np.bincount(2 * (here[known] == REACHED) + (there[known] == REACHED), minlength=4)
+        for (_, ours), (_, theirs) in zip(self._chunks(), other._chunks(), strict=True):
+            both_known = (ours != NOT_COMPUTED) & (theirs != NOT_COMPUTED)
+            counts += np.bincount(2 * (ours[both_known] == REACHED) + (theirs[both_known] == REACHED), minlength=4)
         neither, only_second, only_first, both = counts.tolist()
         return MapDifference(both, only_first, only_second, neither, other.share - self.share)
 
@@ -303,7 +303,7 @@ class ReachabilityMap:
         """
 
         def solve(T_base_tip: Array, T_base_world: Array) -> tuple[Array, Array] | None:
-            result = self.solve(T_base_tip, around_base(self.world, world, T_base_world), max_iterations=_STEPS)
+            result = self.solve(T_base_tip, world_around_base(self.world, world, T_base_world), max_iterations=_STEPS)
             return (result.q, self.robot.manipulability(result.q, link=self.link)) if np.all(result.success) else None
 
         free = tuple(free_dofs)

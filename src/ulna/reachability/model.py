@@ -53,12 +53,12 @@ def robot_from_json(text: str) -> Robot:
     """The robot of a text from ``robot_to_json``."""
     try:
         data = json_value(text)
-        description = replace(_made(data["description"]), source="a reachability map")
-        attached = [_made(one) for one in data["attached"]]
+        description = replace(_restore(data["description"]), source="a reachability map")
+        attached = [_restore(one) for one in data["attached"]]
         pairs = data["allowed"]
         allowed = None if pairs is None else AllowedCollisions(tuple(LinkPair(a, b) for a, b in pairs))
-        given = data.get("narrowed")
-        narrowed = None if given is None else Narrowed(**{name: np.array(each, dtype=float) for name, each in given.items()})
+        stated = data.get("narrowed")
+        narrowed = None if stated is None else Narrowed(**{name: np.array(each, dtype=float) for name, each in stated.items()})
         gravity = data.get("gravity", FREE_FALL)
         return Robot(description, home=data["home"], attached=attached, allowed=allowed, gravity=gravity, _narrowed=narrowed)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -84,10 +84,10 @@ def _json_ready(value: Any, left_out: set[str]) -> Any:
     return [_json_ready(item, left_out) for item in value] if isinstance(value, tuple | list) else value
 
 
-def _made(value: Any) -> Any:
+def _restore(value: Any) -> Any:
     if isinstance(value, dict):
-        given = {name: _made(item) for name, item in value.items() if name != "kind"}
+        fields_ = {name: _restore(item) for name, item in value.items() if name != "kind"}
         if value["kind"] == "Joint":
-            given["type"] = JointType(given["type"])
-        return _KINDS[value["kind"]](**given)
-    return tuple(_made(item) for item in value) if isinstance(value, list) else value
+            fields_["type"] = JointType(fields_["type"])
+        return _KINDS[value["kind"]](**fields_)
+    return tuple(_restore(item) for item in value) if isinstance(value, list) else value

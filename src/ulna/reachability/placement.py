@@ -4,8 +4,8 @@ A map holds poses in the base frame, so it is valid for every placement: T_base_
 
 1. Candidates are one voxel apart, over all positions from which the farthest target may still be reached, in ``yaw_steps``
    directions.
-2. A target's score at a candidate is the share of reached orientations in its voxel, among the ``_AROUND`` orientations nearest
-   to its own. A candidate's score is the minimum over its targets and, for equal minima, their mean. Vahrenkamp, Asfour and
+2. A target's score at a candidate is the share of reached orientations in its voxel, among the ``_N_ORIENTATIONS`` nearest
+   orientations. A candidate's score is the minimum over its targets and, for equal minima, their mean. Vahrenkamp, Asfour and
    Dillmann sum over the inverse map instead ("Robot placement based on reachability inversion", ICRA 2013).
 3. The best candidates are checked by inverse kinematics, with the world moved into the base frame.
 """
@@ -28,7 +28,7 @@ Reached = NDArray[np.bool_]
 Solve = Callable[[Array, Array], tuple[Array, Array] | None]
 """From T_base_tip (n, 4, 4) and T_base_world to q (n, n_dof) and manipulability (n,); None if a target is not reached."""
 DOFS = ("x", "y", "z", "yaw")
-_AROUND = 4  # orientations of the map around a target's orientation
+_N_ORIENTATIONS = 4  # orientations of the map around a target's orientation
 _MAX_KEPT = 20_000  # candidates with one yaw
 
 
@@ -67,12 +67,12 @@ def base_placements(
         np.arange(max(1, as_count("yaw_steps", yaw_steps))) * 2 * np.pi / max(1, yaw_steps) if "yaw" in free_dofs else np.zeros(1)
     )
     points = _candidates(grid, reached, T_world_tip[:, :3, 3], free_dofs, T_0[:3, 3], bounds)
-    ranked = [_ranked(grid, reached, T_world_tip, _turned(T_0, yaw), yaw, points) for yaw in yaws] if len(points) else []
+    ranked = [_rank(grid, reached, T_world_tip, _rotated_about_z(T_0, yaw), yaw, points) for yaw in yaws] if len(points) else []
     rows = np.concatenate(ranked) if ranked else np.empty((0, 6))
     order = np.lexsort((-rows[:, 1], -rows[:, 0]))[: as_count("tries", tries)]
     found: list[BasePlacement] = []
     for row in rows[order]:
-        T = _turned(T_0, row[5])
+        T = _rotated_about_z(T_0, row[5])
         T[:3, 3] = row[2:5]
         solved = solve(inverse(T) @ T_world_tip, inverse(T))
         if solved is not None:
@@ -82,7 +82,9 @@ def base_placements(
     return tuple(sorted(found, key=lambda one: (-one.score, -float(one.manipulability.min()))))
 
 
-def _candidates(grid: Grid, reached: Reached, tips: Array, free: tuple[str, ...], at: Array, bounds: ArrayLike | None) -> Array:
+def _candidates(
+    grid: Grid, reached: Reached, tips: Array, free_dofs: tuple[str, ...], fixed_position: Array, bounds: ArrayLike | None
+) -> Array:
     """Positions of the base, a voxel apart, shape (m, 3).
 
     Each tip (n, 3) is at most as far from them as the farthest reached voxel is from the map's base.
@@ -99,50 +101,50 @@ def _candidates(grid: Grid, reached: Reached, tips: Array, free: tuple[str, ...]
             raise InputError("bounds", "the lowest and the highest corner are expected, shape (2, 3)")
         low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
     axes = [
-        np.minimum(np.arange(low[k], high[k] + 1e-9, grid.voxel), high[k]) if name in free else np.array([at[k]])
+        np.minimum(np.arange(low[k], high[k] + 1e-9, grid.voxel), high[k]) if name in free_dofs else np.array([fixed_position[k]])
         for k, name in enumerate("xyz")
     ]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     return points[(np.linalg.norm(points[:, None] - tips, axis=-1) <= reach).all(axis=1)]
 
 
-def _turned(T_0: Array, yaw: float) -> Array:
+def _rotated_about_z(T_0: Array, yaw: float) -> Array:
     T = T_0.copy()
     T[:3, :3] = matrix_from_rpy((0.0, 0.0, yaw)) @ T_0[:3, :3]
     return T
 
 
-def _ranked(grid: Grid, reached: Reached, T_world_tip: Array, T_turned: Array, yaw: float, points: Array) -> Array:
+def _rank(grid: Grid, reached: Reached, T_world_tip: Array, T_turned: Array, yaw: float, points: Array) -> Array:
     """Minimum and mean score, position and yaw of the best candidates with one direction of the base: shape (m, 6)."""
     R = T_turned[:3, :3]
-    near = _around(grid, R.T @ T_world_tip[:, :3, :3])
+    orientations = _nearest_orientations(grid, R.T @ T_world_tip[:, :3, :3])
     scores = np.empty((len(points), len(T_world_tip)))
     for k, T in enumerate(T_world_tip):
         index, inside = grid.voxel_of((T[:3, 3] - points) @ R)
         z, y, x = np.moveaxis(index, -1, 0)
-        share = reached[z[:, None], y[:, None], x[:, None], near[k]].mean(axis=1)
+        share = reached[z[:, None], y[:, None], x[:, None], orientations[k]].mean(axis=1)
         scores[:, k] = np.where(inside, share, 0.0)
     rows = np.column_stack([scores.min(axis=1), scores.mean(axis=1), points, np.full(len(points), yaw)])
     rows = rows[rows[:, 0] > 0.0] if (rows[:, 0] > 0.0).any() else rows[rows[:, 1] > 0.0]
     return rows[np.lexsort((-rows[:, 1], -rows[:, 0]))[:_MAX_KEPT]]
 
 
-def _around(grid: Grid, rotations: Array) -> NDArray[np.int64]:
+def _nearest_orientations(grid: Grid, rotations: Array) -> NDArray[np.int64]:
     """The indices of the map's orientations nearest to each of some rotations (n, 3, 3): shape (n, m)."""
-    alike = np.abs(quaternion_from_matrix(rotations) @ grid.wxyz.T)
-    return np.argsort(-alike, axis=1, kind="stable")[:, :_AROUND]
+    similarity = np.abs(quaternion_from_matrix(rotations) @ grid.wxyz.T)
+    return np.argsort(-similarity, axis=1, kind="stable")[:, :_N_ORIENTATIONS]
 
 
-def around_base(own: World | None, world: World | None, T_base_world: Array) -> World | None:
+def world_around_base(map_world: World | None, world: World | None, T_base_world: Array) -> World | None:
     """The objects that move with the base, and the fixed ones, in one world in the base frame."""
-    if own is None and world is None:
+    if map_world is None and world is None:
         return None
-    together = World() if own is None else own
+    joined = World() if map_world is None else map_world
     if world is None:
-        return together
+        return joined
     for name, shape, T in world.items():
-        free = name
-        while free in together.names:
-            free += "'"
-        together.add(free, shape, T_base_world @ T, touch_links=world.touch_links(name))
-    return together
+        free_name = name
+        while free_name in joined.names:
+            free_name += "'"
+        joined.add(free_name, shape, T_base_world @ T, touch_links=world.touch_links(name))
+    return joined

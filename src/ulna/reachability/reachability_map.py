@@ -25,7 +25,7 @@ from ulna.reachability.map import ReachabilityMap
 from ulna.reachability.model import robot_to_json
 from ulna.reachability.run import DaskWorkers, ThreadWorkers, locked, run
 from ulna.reachability.specification import Specification
-from ulna.reachability.store import create, read_specification, sweep, zarr_package
+from ulna.reachability.store import create, read_specification, remove_partial_files, zarr_package
 from ulna.robot import Robot
 
 
@@ -107,15 +107,15 @@ def reachability_map(
     if unknown:
         refuse_unknown("reachability_map", unknown)
     zarr_package()
-    where, goes_on = _as_path(path), as_switch("resume", resume)
+    where, is_resumed = _as_path(path), as_switch("resume", resume)
     search = task, seed, position_tolerance, rotation_tolerance, max_iterations
-    asked = _specification(
+    specification = _specification(
         robot, link, (voxel, orientations, bounds), world, search, (keep_clearance, keep_solutions, keep_payload)
     )
     workers = ThreadWorkers() if client is None else DaskWorkers(client)
     try:
         with locked(where):
-            _begin(where, asked, robot, resume=goes_on)
+            _begin(where, specification, robot, resume=is_resumed)
             run(where, read_specification(where).grid, workers, progress)
     finally:
         workers.cancel()
@@ -125,13 +125,15 @@ def reachability_map(
 def default_bounds(robot: Robot, link: str) -> NDArray[np.float64]:
     """The cube around all positions that a link can reach by the arm's length [m], shape (2, 3)."""
     reach = reach_of(robot.tree.chain(link), robot.lower, robot.upper)
-    if reach is None or not np.isfinite(reach.most_of_origin):
+    if reach is None or not np.isfinite(reach.max_origin_distance):
         raise InputError("bounds", "are needed: the length of this robot does not bound where its tip may be")
-    return np.stack([reach.base_point - reach.most_of_origin, reach.base_point + reach.most_of_origin])
+    return np.stack([reach.base_point - reach.max_origin_distance, reach.base_point + reach.max_origin_distance])
 
 
-def _specification(robot: Robot, link: str | None, grid: tuple, world: World | None, search: tuple, kept: tuple) -> Specification:
-    """The specification of the requested map; ``grid``, ``search`` and ``kept`` are arguments, validated here."""
+def _specification(
+    robot: Robot, link: str | None, grid: tuple, world: World | None, search: tuple, stored: tuple
+) -> Specification:
+    """The specification of the requested map; ``grid``, ``search`` and ``stored`` are arguments, validated here."""
     if not isinstance(robot, Robot):
         raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected")
     refuse_immovable(robot.tree)
@@ -141,17 +143,17 @@ def _specification(robot: Robot, link: str | None, grid: tuple, world: World | N
         )
     link, (voxel, orientations, bounds) = robot.tree.link_or_tip(link), grid
     task, seed, position_tolerance, rotation_tolerance, max_iterations = search
-    clearance, solutions, payload = map(as_switch, ("keep_clearance", "keep_solutions", "keep_payload"), kept)
+    clearance, solutions, payload = map(as_switch, ("keep_clearance", "keep_solutions", "keep_payload"), stored)
     poses = Grid.within(default_bounds(robot, link) if bounds is None else bounds, voxel, orientations)
-    checked = world is not None or clearance
-    if checked:
+    is_checked = world is not None or clearance
+    if is_checked:
         robot.signed_distance(robot.home, world)  # or raise the error now
     if payload:
         robot.payload(robot.home, link=link)  # or raise the error now
     text = robot.description.text
     return Specification(
         robot=robot.name,
-        model=robot_to_json(robot, checked=checked, weighed=payload),
+        model=robot_to_json(robot, checked=is_checked, weighed=payload),
         urdf=hashlib.sha256(text.encode()).hexdigest() if text else "",
         source=robot.description.source,
         link=link,
@@ -164,28 +166,28 @@ def _specification(robot: Robot, link: str | None, grid: tuple, world: World | N
         max_iterations=as_count("max_iterations", max_iterations),
         clearance=clearance,
         solutions=solutions,
-        branches=_all_are_known(robot, link, as_task(task)),
+        branches=_counts_branches(robot, link, as_task(task)),
         version=version("ulna"),
         payload=payload,
     )
 
 
-def _all_are_known(robot: Robot, link: str, task: Task) -> bool:
+def _counts_branches(robot: Robot, link: str, task: Task) -> bool:
     """Whether a closed form proves, for nearly every pose, that its finitely many solutions are all of them."""
     form = closed_form_of(robot.tree, link, task=task)
     return form is not None and form.is_exact and form.held is None
 
 
-def _begin(path: Path, asked: Specification, robot: Robot, *, resume: bool) -> None:
+def _begin(path: Path, requested: Specification, robot: Robot, *, resume: bool) -> None:
     if not os.path.lexists(path):
-        create(path, asked, robot.joint_names)
+        create(path, requested, robot.joint_names)
         return
     if not resume:
         raise FileError(str(path), "there is a file or folder of this name already; resume=True (--resume) continues a map")
-    differing = read_specification(path).differences(asked)
+    differing = read_specification(path).differences(requested)
     if differing:
         raise InputError("resume", f"the map at {path} differs from this call: {'; '.join(differing)} (there and here)")
-    sweep(path)
+    remove_partial_files(path)
 
 
 def _as_path(path: object) -> Path:

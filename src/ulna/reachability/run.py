@@ -1,8 +1,8 @@
 """Computes the missing chunks of a map, by threads of this process or by a Dask cluster.
 
 1. The missing chunks wait in their order. A task gets at most ``_MAX_CHUNKS`` of them, and fewer towards the end.
-2. At most ``_UNDER_WAY`` tasks a thread are under way. So neither the memory of the scheduler nor the loss at its end grows with
-   the map.
+2. At most ``_MAX_PENDING`` tasks a thread are under way. So neither the memory of the scheduler nor the loss at its end
+   grows with the map.
 3. Threads and cluster are executors of ``concurrent.futures``. Dask's executor repeats a task whose worker has died. It also
    recomputes an outcome that was lost with its worker.
 
@@ -28,16 +28,16 @@ from ulna.engine.threads import n_threads, threads
 from ulna.errors import ClusterError, FileError, UlnaError, needs_extra
 from ulna.reachability.chunk import Outcome, run_on_worker, run_task
 from ulna.reachability.grid import Grid
-from ulna.reachability.store import undone
+from ulna.reachability.store import missing_chunks
 
 try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None
 _MAX_CHUNKS = 16  # of a task: a quarter of a second of work for an arm with a closed form, half a second for a search
-_UNDER_WAY = 3  # tasks for each thread
+_MAX_PENDING = 3  # tasks for each thread
 _RETRIES = 3
-_LOOK_S = 1.0  # between two checks that the cluster is still there
+_CHECK_S = 1.0  # between two checks that the cluster is still there
 Tell = Callable[[int, int], object]
 
 
@@ -48,7 +48,7 @@ class Workers:
         self._pool, self._task, self._running = pool, task, set[Future[Outcome]]()
 
     @property
-    def under_way(self) -> int:
+    def n_pending(self) -> int:
         """The number of tasks submitted and not yet fetched."""
         return len(self._running)
 
@@ -64,16 +64,16 @@ class Workers:
         """Wait for at least one task to end; the outcomes of all ended tasks."""
         done: set[Future[Outcome]] = set()
         while not done:
-            done, self._running = wait(self._running, _LOOK_S, FIRST_COMPLETED)
+            done, self._running = wait(self._running, _CHECK_S, FIRST_COMPLETED)
             if not done:
-                self._look()
+                self._check_alive()
         return [future.result() for future in done]
 
     def cancel(self) -> None:
         """Submit nothing more, and wait for the tasks running in this process."""
         raise NotImplementedError
 
-    def _look(self) -> None:
+    def _check_alive(self) -> None:
         """Check, during a wait, that results can still arrive."""
 
 
@@ -106,17 +106,17 @@ class DaskWorkers(Workers):
 
     def width(self) -> int:
         """The number of threads of all workers, at least 1: workers may still be missing."""
-        with self._clearly():
+        with self._unified_errors():
             return max(1, sum(self._client.nthreads().values()))
 
     def submit(self, path: str, chunks: tuple[int, ...]) -> None:
         """Start a task."""
-        with self._clearly():
+        with self._unified_errors():
             super().submit(path, chunks)
 
     def next_done(self) -> list[Outcome]:
         """The outcomes of the ended tasks."""
-        with self._clearly():
+        with self._unified_errors():
             return super().next_done()
 
     def cancel(self) -> None:
@@ -124,7 +124,7 @@ class DaskWorkers(Workers):
         with contextlib.suppress(Exception):  # the cluster may be gone
             self._pool.shutdown(wait=False)
 
-    def _look(self) -> None:
+    def _check_alive(self) -> None:
         if self._client.status not in ("running", "newly-created"):
             raise ClusterError(f"the connection to the scheduler is lost (it is {self._client.status})")
         if not self._warned and not self._client.nthreads():
@@ -133,16 +133,16 @@ class DaskWorkers(Workers):
             warnings.warn(words, RuntimeWarning, stacklevel=2)
 
     @contextlib.contextmanager
-    def _clearly(self) -> Iterator[None]:
+    def _unified_errors(self) -> Iterator[None]:
         """Context for calls of Dask: turns its many errors for a lost cluster into one."""
-        lost = (CancelledError, asyncio.CancelledError, self._distributed.client.FutureCancelledError)
+        lost_errors = (CancelledError, asyncio.CancelledError, self._distributed.client.FutureCancelledError)
         try:
             yield
         except UlnaError:
             raise
         except self._distributed.KilledWorker as error:
             raise ClusterError(f"a task has lost its worker again and again, as by too little memory ({error})") from error
-        except lost as error:
+        except lost_errors as error:
             raise ClusterError(f"the scheduler or the connection to it is lost ({error or type(error).__name__})") from error
         except OSError as error:
             raise ClusterError(f"the cluster cannot be reached ({error})") from error
@@ -153,15 +153,15 @@ def run(path: Path, grid: Grid, workers: Workers, tell: Tell | None = None) -> f
 
     ``tell`` is called with the number of poses done and that of the map.
     """
-    todo, inside = deque(undone(path, grid)), 0.0
-    done = grid.n_poses - sum(grid.poses_of(chunk) for chunk in todo)
+    missing, inside = deque(missing_chunks(path, grid)), 0.0
+    done = grid.n_poses - sum(grid.poses_of(chunk) for chunk in missing)
     _tell(tell, done, grid.n_poses)
     try:
-        while todo or workers.under_way:
+        while missing or workers.n_pending:
             width = workers.width()
-            while todo and workers.under_way < _UNDER_WAY * width:
-                size = max(1, min(_MAX_CHUNKS, len(todo) // (4 * width)))
-                workers.submit(str(path), tuple(todo.popleft() for _ in range(size)))
+            while missing and workers.n_pending < _MAX_PENDING * width:
+                size = max(1, min(_MAX_CHUNKS, len(missing) // (4 * width)))
+                workers.submit(str(path), tuple(missing.popleft() for _ in range(size)))
             for outcome in workers.next_done():
                 done, inside = done + outcome.poses, inside + outcome.seconds
             _tell(tell, done, grid.n_poses)
@@ -178,20 +178,20 @@ def _tell(tell: Tell | None, done: int, total: int) -> None:
 @contextlib.contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Context for writing to the map at a path."""
-    beside = path.with_name(f"{path.name}.lock")
-    file = _locked_file(beside, path)
+    lock_path = path.with_name(f"{path.name}.lock")
+    file = _locked_file(lock_path, path)
     try:
         yield
     finally:
         with contextlib.suppress(OSError):
-            beside.unlink()  # while it is locked: a process that has it open sees that it is another file
+            lock_path.unlink()  # while it is locked: a process that has it open sees that it is another file
         os.close(file)
 
 
-def _locked_file(beside: Path, path: Path) -> int:
+def _locked_file(lock_path: Path, path: Path) -> int:
     while True:
         try:
-            file = os.open(beside, os.O_RDWR | os.O_CREAT, 0o644)
+            file = os.open(lock_path, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
             raise FileError(str(path), f"the folder cannot be written to ({error.strerror})") from None
         try:
@@ -200,7 +200,7 @@ def _locked_file(beside: Path, path: Path) -> int:
             os.close(file)
             raise FileError(str(path), "another process is writing to this map; wait for it, or end it") from None
         with contextlib.suppress(OSError):
-            if os.path.samestat(os.fstat(file), beside.stat()):
+            if os.path.samestat(os.fstat(file), lock_path.stat()):
                 return file
         os.close(file)  # it was removed meanwhile by the process that held it
 

@@ -134,13 +134,15 @@ class Specification:
 
     def differences(self, other: Specification) -> list[str]:
         """The differences that affect the bits, in words: "robot", "voxel: 0.05 and 0.1" ..."""
-        found = []
+        differences = []
         if self.model != other.model:
-            found.append(f"robot: {self.robot} and {other.robot}" if self.robot != other.robot else "robot: its description")
+            differences.append(
+                f"robot: {self.robot} and {other.robot}" if self.robot != other.robot else "robot: its description"
+            )
         if self.scene != other.scene:
-            found.append("world")
-        here, there = self._compared(), other._compared()
-        return found + [f"{name}: {value} and {there[name]}" for name, value in here.items() if value != there[name]]
+            differences.append("world")
+        ours, theirs = self._compared(), other._compared()
+        return differences + [f"{name}: {value} and {theirs[name]}" for name, value in ours.items() if value != theirs[name]]
 
     def _compared(self) -> dict[str, Any]:
         grid = self.grid

@@ -35,14 +35,14 @@ from ulna.description.file_bytes import json_value, regular_file_bytes
 from ulna.errors import DescriptionError, FileError, needs_extra, reason_of
 from ulna.reachability.grid import Grid
 from ulna.reachability.specification import Specification
-from ulna.reachability.verdicts import NEVER, NUMBERS
+from ulna.reachability.verdicts import NOT_COMPUTED, NUMBERS
 
 DIMENSIONS = ("z", "y", "x", "orientation")
 META = "zarr.json"
 _MAX_BYTES = 200_000_000  # of the group's metadata, which includes the robot and the world
 _TEXTS = {
     "branches": (
-        NEVER,
+        NOT_COMPUTED,
         "solutions within the limits, by the closed form; without collision, if there is a world; -1 never counted",
         "1",
     ),
@@ -63,32 +63,32 @@ def zarr_package() -> Any:
 def create(path: Path, specification: Specification, joint_names: tuple[str, ...]) -> None:
     """Make an empty map; it appears complete or not at all."""
     zarr = zarr_package()
-    beside = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+    part_path = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the specification of Zarr 3 does not have consolidated metadata yet
-            group = zarr.create_group(beside, attributes=_attributes(specification, joint_names))
+            group = zarr.create_group(part_path, attributes=_attributes(specification, joint_names))
             _add_coordinates(group, specification.grid)
             for name in variables(specification):
                 _add_variable(group, name, specification.grid, len(joint_names))
-            zarr.consolidate_metadata(beside)
-        beside.rename(path)
+            zarr.consolidate_metadata(part_path)
+        part_path.rename(path)
     except OSError as error:
         raise FileError(str(path), f"the map cannot be written ({error.strerror or error})") from None
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(part_path, ignore_errors=True)
 
 
 def variables(specification: Specification) -> tuple[str, ...]:
     """The names of a map's variables, in the order of writing: the verdict last."""
-    chosen = {"branches": specification.branches, "manipulability": True}
-    chosen |= {"clearance": specification.clearance, "payload": specification.payload, "q": specification.solutions}
-    return (*(name for name, kept in chosen.items() if kept), "reached")
+    stored = {"branches": specification.branches, "manipulability": True}
+    stored |= {"clearance": specification.clearance, "payload": specification.payload, "q": specification.solutions}
+    return (*(name for name, is_stored in stored.items() if is_stored), "reached")
 
 
 def read_specification(path: Path) -> Specification:
     """The specification of the map at a path."""
-    return Specification.of_attributes(attributes_at(path), str(path))
+    return Specification.of_attributes(read_attributes(path), str(path))
 
 
 def metadata_bytes(path: Path) -> bytes:
@@ -104,17 +104,17 @@ def metadata_bytes(path: Path) -> bytes:
     return content
 
 
-def is_done(path: Path, place: tuple[int, ...]) -> bool:
+def has_chunk(path: Path, place: tuple[int, ...]) -> bool:
     """Whether the chunk at a place exists."""
     return os.path.exists(verdict_file(path, place))  # noqa: PTH110 -- called for every chunk
 
 
-def undone(path: Path, grid: Grid) -> list[int]:
+def missing_chunks(path: Path, grid: Grid) -> list[int]:
     """The missing chunks, in their order."""
-    return [chunk for chunk in range(grid.n_chunks) if not is_done(path, grid.place(chunk))]
+    return [chunk for chunk in range(grid.n_chunks) if not has_chunk(path, grid.place(chunk))]
 
 
-def sweep(path: Path) -> None:
+def remove_partial_files(path: Path) -> None:
     """Remove half-written files of killed writers."""
     for part in path.rglob("*.partial"):
         part.unlink(missing_ok=True)
@@ -132,7 +132,7 @@ def layout(name: str, grid: Grid, n_joints: int) -> tuple[tuple[int, ...], tuple
     return (*grid.shape, grid.orientations, *tail), (*grid.chunk_shape, *tail), kind
 
 
-def attributes_at(path: Path) -> dict[str, Any]:
+def read_attributes(path: Path) -> dict[str, Any]:
     """The attributes of the group."""
     content = metadata_bytes(path)
     try:
@@ -168,10 +168,10 @@ def _add_coordinate(group: Any, name: str, dimensions: tuple[str, ...], values: 
 def _add_variable(group: Any, name: str, grid: Grid, n_joints: int) -> None:
     shape, chunks, kind = layout(name, grid, n_joints)
     if name == "reached":
-        fill, words = NEVER, ["never_computed", *(str(status).replace(" ", "_") for status in NUMBERS)]
+        fill, words = NOT_COMPUTED, ["never_computed", *(str(status).replace(" ", "_") for status in NUMBERS)]
         attributes: dict[str, Any] = {
             "long_name": "whether the pose is reached, or why not",
-            "flag_values": [NEVER, *NUMBERS.values()],
+            "flag_values": [NOT_COMPUTED, *NUMBERS.values()],
             "flag_meanings": " ".join(words),
         }
     else:
@@ -213,7 +213,7 @@ def open_arrays(path: Path, specification: Specification, n_joints: int, mode: s
 
 
 def read_verdicts(path: Path, array: Any, grid: Grid, chunk: int) -> NDArray[np.int8]:
-    """The verdicts of a chunk; ``NEVER`` where it was not computed."""
+    """The verdicts of a chunk; ``NOT_COMPUTED`` where it was not computed."""
     check_chunks(path, grid, [grid.place(chunk)])
     try:
         return array[grid.region(chunk)]
@@ -236,13 +236,13 @@ def unreadable(file: Path, error: Exception) -> FileError:
     )
 
 
-def _check_file(file: Path, most: int) -> None:
+def _check_file(file: Path, max_bytes: int) -> None:
     try:
         status = file.stat()
     except OSError as error:
         raise FileError(str(file), reason_of(error)) from None
-    if not stat.S_ISREG(status.st_mode) or status.st_size > most:
-        raise FileError(str(file), f"is not a regular file of at most {most} bytes, so it is not part of a map")
+    if not stat.S_ISREG(status.st_mode) or status.st_size > max_bytes:
+        raise FileError(str(file), f"is not a regular file of at most {max_bytes} bytes, so it is not part of a map")
 
 
 def _words(error: Exception) -> str:

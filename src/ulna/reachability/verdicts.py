@@ -13,7 +13,7 @@ from ulna.ik.solutions import Proof
 from ulna.reachability.specification import Specification
 from ulna.robot import Robot
 
-NEVER = -1  # the pose was not computed yet
+NOT_COMPUTED = -1  # the pose was not computed yet
 REACHED = 1
 NUMBERS = {
     Status.SOLVED: REACHED,
@@ -51,36 +51,36 @@ class Verdicts(NamedTuple):
 def verdicts(specification: Specification, robot: Robot, world: World | None, targets: Array) -> Verdicts:
     """The verdicts of targets, shape (n, 4, 4)."""
     if not specification.branches:
-        reached, q = _searched(specification, robot, world, targets)
+        reached, q = _search(specification, robot, world, targets)
         poses = np.flatnonzero(reached == REACHED)
         return Verdicts(reached, q, (q[poses], poses), None)
-    return _by_closed_form(specification, robot, world, targets)
+    return _solve_in_closed_form(specification, robot, world, targets)
 
 
-def _searched(specification: Specification, robot: Robot, world: World | None, targets: Array) -> tuple[NDArray[np.int8], Array]:
+def _search(specification: Specification, robot: Robot, world: World | None, targets: Array) -> tuple[NDArray[np.int8], Array]:
     result = robot.inverse_kinematics(targets, world=world, **specification.search)
     return OF_CODES[result.info["status"]], result.q
 
 
-def _by_closed_form(specification: Specification, robot: Robot, world: World | None, targets: Array) -> Verdicts:
+def _solve_in_closed_form(specification: Specification, robot: Robot, world: World | None, targets: Array) -> Verdicts:
     """The verdicts for an arm with a closed form, which finds all solutions; q is the one nearest to ``home``.
 
     If a joint may have any angle, the closed form returns examples. If none of these is usable, a numeric search follows.
     """
-    found = robot.all_solutions(targets, link=specification.link, task=specification.task)
-    usable = found.valid.copy()
+    solutions = robot.all_solutions(targets, link=specification.link, task=specification.task)
+    usable = solutions.valid.copy()
     if world is not None:
-        usable[usable] = ~robot.in_collision(found.q[usable], world)
+        usable[usable] = ~robot.in_collision(solutions.q[usable], world)
     reached = np.full(len(targets), NUMBERS[Status.UNREACHABLE], dtype=np.int8)
-    reached[found.real.any(axis=1)] = NUMBERS[Status.JOINT_LIMITS]
-    reached[found.valid.any(axis=1)] = NUMBERS[Status.IN_COLLISION]
+    reached[solutions.real.any(axis=1)] = NUMBERS[Status.JOINT_LIMITS]
+    reached[solutions.valid.any(axis=1)] = NUMBERS[Status.IN_COLLISION]
     reached[usable.any(axis=1)] = REACHED
-    change = np.where(usable, np.abs(found.q - robot.home).max(axis=-1), np.inf)
-    q = found.q[np.arange(len(targets)), change.argmin(axis=1)]
-    known, poses = found.q[usable], np.nonzero(usable)[0]
-    open_ = np.flatnonzero(~usable.any(axis=1) & ~np.isin(found.proof, [Proof.COMPLETE, Proof.COINCIDING]))
-    if len(open_):
-        reached[open_], q[open_] = _searched(specification, robot, world, targets[open_])
-        more = open_[reached[open_] == REACHED]
-        known, poses = np.concatenate([known, q[more]]), np.concatenate([poses, more])
+    change = np.where(usable, np.abs(solutions.q - robot.home).max(axis=-1), np.inf)
+    q = solutions.q[np.arange(len(targets)), change.argmin(axis=1)]
+    known, poses = solutions.q[usable], np.nonzero(usable)[0]
+    unsolved = np.flatnonzero(~usable.any(axis=1) & ~np.isin(solutions.proof, [Proof.COMPLETE, Proof.COINCIDING]))
+    if len(unsolved):
+        reached[unsolved], q[unsolved] = _search(specification, robot, world, targets[unsolved])
+        newly_solved = unsolved[reached[unsolved] == REACHED]
+        known, poses = np.concatenate([known, q[newly_solved]]), np.concatenate([poses, newly_solved])
     return Verdicts(reached, q, (known, poses), usable.sum(axis=1, dtype=np.int8))

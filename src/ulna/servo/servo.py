@@ -142,7 +142,7 @@ class Servo:
         )
         self._chains, self._hands = _chains_and_hands(tree, self._links, request.weights)
         limits, settings = JointLimits.records(n), ServoSettings.records()
-        limits["lower"], limits["upper"] = tree.least, tree.most
+        limits["lower"], limits["upper"] = tree.lower_finite, tree.upper_finite
         limits["speed"] = np.where(still, 0.0, np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own)))
         limits["acceleration"], limits["tracking_error"] = accelerations, aside
         limits["jerk"], limits["room"] = 0.0 if jerks is None else jerks, np.where(still, 0.0, ESCAPE_MARGIN * least)

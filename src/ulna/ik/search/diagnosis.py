@@ -16,7 +16,7 @@ from ulna.ik.search.units import jacobian_in_unit
 from ulna.kernels.ik import search_layout as layout
 from ulna.kernels.layout import COLUMN, FIXED, KIND, LARGEST_DEFECT, REVOLUTE
 from ulna.kinematics.jacobian import geometric_jacobian
-from ulna.kinematics.turns import turned_towards, turning_columns
+from ulna.kinematics.turns import turn_towards_middle, turning_columns
 
 Array = NDArray[np.float64]
 _STARTS = 64  # starts without limits, before limits are ruled out as the reason
@@ -103,7 +103,7 @@ def _search_beyond(search: PoseSearch, order: NDArray[np.int64], bounds: Array, 
     q, info = run_starts(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
     own = rows_for(search.problem.bounds, order)[:, None]
     if status == Status.JOINT_LIMITS:
-        q = turned_towards(q, own[:, :, 0], own[:, :, 1], turning_columns(problem.chain, problem.query.tree.n_dof))
+        q = turn_towards_middle(q, own[:, :, 0], own[:, :, 1], turning_columns(problem.chain, problem.query.tree.n_dof))
     excess = excess_of(q, own[:, :, 0], own[:, :, 1])
     cost = np.where(info["status"] == layout.SOLVED, excess.max(axis=-1), np.inf)
     solved = np.isfinite(cost.min(axis=1))
