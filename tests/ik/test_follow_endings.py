@@ -200,7 +200,7 @@ def test_a_time_that_is_none_is_refused_by_name(panda, limit):
 @pytest.mark.parametrize("wide", [0.2, 2.0, 9.0, np.inf])
 def test_the_edges_of_two_layers_are_those_of_all_pairs(wide, longest, rng):
     limits = np.array([wide, 0.1, 1.0])
-    lifts = Lifts.of(-limits, limits, np.array([True, False, True]), np.zeros(3), one_sided=False)
+    lifts = Lifts.make(-limits, limits, np.array([True, False, True]), np.zeros(3), one_sided=False)
     a, b = (lifts.first_turn(rng.uniform(-np.minimum(limits, 50), np.minimum(limits, 50), (n, 3))) for n in (300, 200))
     b[:50] = a[:50] + rng.normal(scale=longest / 2, size=(50, 3))
     edges = edges_between(lifts, a, b, longest, 1.0)

@@ -43,7 +43,7 @@ class AllSolutions:
         workers: Computes the branches in place of threads, if given.
     """
 
-    __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six", "_tables", "_workers")
+    __slots__ = ("_elbow", "_family", "_form", "_of_one", "_query", "_run", "_six_joints", "_tables", "_workers")
 
     def __init__(self, query: Query, redundancy: str | None, workers: Workers = None) -> None:
         self._query, self._workers, tree = query, workers, query.tree
@@ -53,15 +53,20 @@ class AllSolutions:
         self._elbow = _elbow(query) if by_elbow else None
         self._form = form = None if by_elbow else closed_form_of(tree, query.link, redundancy, query.options.task)
         if redundancy is not None and not by_elbow and form is None:
-            raise InputError("redundancy", f"{redundancy!r}; {_held_with_form(query)}")
+            raise InputError("redundancy", f"{redundancy!r}; {_joints_to_hold(query)}")
         self._family = FAMILY if self._elbow else "" if form is None else form.geometry
-        self._six = None
+        self._six_joints = None
         in_order = form is not None and form.is_exact and form.columns == tuple(range(N_AXES)) and tree.n_dof == N_AXES
         if form is not None and in_order and not form.couplings and query.task_axes is None and workers is None:
-            self._six = joints_at(form, query.home)
-            self._tables = self._six.table, self._six.chain, self._six.plan(tree.lower, tree.upper), query.home.copy()
+            self._six_joints = joints_at(form, query.home)
+            self._tables = (
+                self._six_joints.table,
+                self._six_joints.chain,
+                self._six_joints.plan(tree.lower, tree.upper),
+                query.home.copy(),
+            )
             self._run = closed_form.all_branches_of_one
-        self._of_one = None if self._six is None else self._one_by_entry()
+        self._of_one = None if self._six_joints is None else self._one_by_entry()
 
     def all_solutions(
         self, T: ArrayLike, n_samples: int, *, whole_turns: bool, q_seed: ArrayLike | None = None, world: World | None = None
@@ -70,26 +75,26 @@ class AllSolutions:
         rank = self._query.options.rank
         if whole_turns is not False:
             as_switch("whole_turns", whole_turns)
-        if not whole_turns and q_seed is None and world is None and rank is None and (alone := self.of_one(T)) is not None:
-            return alone
+        if not whole_turns and q_seed is None and world is None and rank is None and (one := self.of_one(T)) is not None:
+            return one
         refuse_clearance_of_nothing(rank, world)
         targets = as_floats("T", T)
-        if self._six is None or targets.shape[-2:] != _MATRIX:  # the kernel of six joints finds targets that are no poses
+        if self._six_joints is None or targets.shape[-2:] != _MATRIX:  # the kernel of six joints finds targets that are no poses
             targets = as_pose(targets)
         batch, targets = targets.shape[:-2], np.ascontiguousarray(targets).reshape(-1, 4, 4)
         query, tree = self._query, self._query.tree
         seed = query.home.copy() if q_seed is None else np.clip(as_configuration(q_seed, tree, "q_seed"), tree.lower, tree.upper)
         if self._elbow is not None:
-            found = _of_elbow(query, self._elbow, targets, seed, n_samples)
+            found = _elbow_branches(query, self._elbow, targets, seed, n_samples)
         else:
             found = _found(query, self._form, targets, seed, n_samples, self._workers)
         if (found.proof < 0).any():
             as_pose(targets.reshape(*batch, 4, 4))
         if whole_turns:
-            found = _with_turns(tree, query.link, found)
+            found = _add_turns(tree, query.link, found)
         colliding = np.zeros(len(targets), dtype=np.int64)
         if world is not None or rank is not None:
-            found, colliding = _ranked(query, targets, seed, found, world)
+            found, colliding = _rank(query, targets, seed, found, world)
         m, n_dof = found.q.shape[1:]
         q, valid, real = found.q.reshape(*batch, m, n_dof), found.valid.reshape(*batch, m), found.real.reshape(*batch, m)
         if not batch:
@@ -120,7 +125,7 @@ class AllSolutions:
         return (q, truths[0], truths[1], proved) if 0 <= proved < UNPROVED else None
 
 
-def _held_with_form(query: Query) -> str:
+def _joints_to_hold(query: Query) -> str:
     """The joints that may be held for a closed form, in words."""
     tree = query.tree
     order = turning_order(tree.chain(query.link))
@@ -137,9 +142,7 @@ def _elbow(query: Query) -> Elbow:
     return elbow
 
 
-def _ranked(
-    query: Query, targets: Array, seed: Array, found: Branches, world: World | None
-) -> tuple[Branches, NDArray[np.int64]]:
+def _rank(query: Query, targets: Array, seed: Array, found: Branches, world: World | None) -> tuple[Branches, NDArray[np.int64]]:
     """Mark colliding solutions as not valid, count them, and sort by the rank if there is one.
 
     Solutions that are not valid come last.
@@ -153,19 +156,19 @@ def _ranked(
     colliding = (found.valid & ~valid).sum(axis=1)
     if query.options.rank is None:
         return replace(found, valid=valid), colliding
-    first = np.argsort(costs, axis=1, kind="stable")
-    real, valid = (np.take_along_axis(each, first, axis=1) for each in (found.real, valid))
-    return Branches(np.take_along_axis(found.q, first[..., None], axis=1), real, valid, found.proof), colliding
+    order_by_cost = np.argsort(costs, axis=1, kind="stable")
+    real, valid = (np.take_along_axis(each, order_by_cost, axis=1) for each in (found.real, valid))
+    return Branches(np.take_along_axis(found.q, order_by_cost[..., None], axis=1), real, valid, found.proof), colliding
 
 
-def _of_elbow(query: Query, elbow: Elbow, targets: Array, seed: Array, n_samples: int) -> Branches:
+def _elbow_branches(query: Query, elbow: Elbow, targets: Array, seed: Array, n_samples: int) -> Branches:
     """The branches at sampled elbow angles."""
     angles, real = elbow.branches(targets, n_samples)
     q = np.broadcast_to(seed, (*real.shape, query.tree.n_dof)).copy()
     q[..., list(elbow.columns)] = angles
     proof = np.where(real.any(axis=1), PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
     found = within_limits(query.tree.chain(query.link), query.tree, q, real, proof, seed[None])
-    return _with_search(query, targets, seed, n_samples, found, ~real.any(axis=1))
+    return _add_searched(query, targets, seed, n_samples, found, ~real.any(axis=1))
 
 
 def _found(query: Query, form: ClosedForm | None, targets: Array, seed: Array, n_samples: int, workers: Workers) -> Branches:
@@ -174,17 +177,17 @@ def _found(query: Query, form: ClosedForm | None, targets: Array, seed: Array, n
         return _searched(query, targets, seed, n_samples, None)
     if form.held_column is not None:
         found = sampled_branches(form, query.tree, of_task(query, targets), seeds, n_samples, workers)
-        return _with_search(query, targets, seed, n_samples, found, ~found.real.any(axis=1))
+        return _add_searched(query, targets, seed, n_samples, found, ~found.real.any(axis=1))
     found = all_branches(form, query.tree, of_task(query, targets), seeds, workers)
     if form.is_exact:
-        return _with_search(query, targets, seed, n_samples, found, found.proof == PROOFS.index(Proof.SEARCHED))
+        return _add_searched(query, targets, seed, n_samples, found, found.proof == PROOFS.index(Proof.SEARCHED))
     return _searched(query, targets, seed, n_samples, found)
 
 
-def _with_search(query: Query, targets: Array, seed: Array, n_samples: int, found: Branches, which: ArrayLike) -> Branches:
+def _add_searched(query: Query, targets: Array, seed: Array, n_samples: int, found: Branches, which: ArrayLike) -> Branches:
     """Add solutions from a search to the branches of some of the targets; which: A mask, shape (n,)."""
     n, m, n_dof = found.q.shape
-    new = {int(i): _new(query, targets[i], seed, n_samples, found.q[i, found.valid[i]]) for i in np.flatnonzero(which)}
+    new = {int(i): _new_solutions(query, targets[i], seed, n_samples, found.q[i, found.valid[i]]) for i in np.flatnonzero(which)}
     width = m + max(map(len, new.values()), default=0)
     if width == m:
         return found
@@ -195,11 +198,11 @@ def _with_search(query: Query, targets: Array, seed: Array, n_samples: int, foun
     return Branches(q, real, valid, found.proof)
 
 
-def _new(query: Query, T: Array, seed: Array, n_samples: int, known: Array) -> Array:
+def _new_solutions(query: Query, T: Array, seed: Array, n_samples: int, known: Array) -> Array:
     """Solutions from a search for a target (4, 4) that are not among the known ones, shape (n, n_dof)."""
-    more = searched_solutions(query, T, seed, n_samples)
-    is_new = [not (np.abs((known - q) / query.units).max(axis=-1) < _SAME).any() for q in more]
-    return more[np.array(is_new, dtype=bool)]
+    searched = searched_solutions(query, T, seed, n_samples)
+    is_new = [not (np.abs((known - q) / query.units).max(axis=-1) < _SAME).any() for q in searched]
+    return searched[np.array(is_new, dtype=bool)]
 
 
 def _searched(query: Query, targets: Array, seed: Array, n_samples: int, known: Branches | None) -> Branches:
@@ -207,12 +210,12 @@ def _searched(query: Query, targets: Array, seed: Array, n_samples: int, known: 
     rows = []
     for i, T in enumerate(targets):
         first = np.empty((0, query.tree.n_dof)) if known is None else known.q[i, known.valid[i]]
-        rows.append(np.vstack([first, _new(query, T, seed, n_samples, first)]))
-    q, real = _padded(rows, query.tree.n_dof)
+        rows.append(np.vstack([first, _new_solutions(query, T, seed, n_samples, first)]))
+    q, real = _pad(rows, query.tree.n_dof)
     return Branches(q, real, real.copy(), np.full(len(targets), PROOFS.index(Proof.SEARCHED)))
 
 
-def _padded(rows: list[Array], n_dof: int) -> tuple[Array, NDArray[np.bool_]]:
+def _pad(rows: list[Array], n_dof: int) -> tuple[Array, NDArray[np.bool_]]:
     """Pack rows of different lengths into one array, padded with NaN, and a mask of the entries in use."""
     m = max((len(row) for row in rows), default=0)
     q, real = np.full((len(rows), m, n_dof), np.nan), np.zeros((len(rows), m), dtype=bool)
@@ -221,9 +224,9 @@ def _padded(rows: list[Array], n_dof: int) -> tuple[Array, NDArray[np.bool_]]:
     return q, real
 
 
-def _with_turns(tree: Tree, link: str, found: Branches) -> Branches:
+def _add_turns(tree: Tree, link: str, found: Branches) -> Branches:
     """Every solution with every whole turn within the limits; solutions beyond the limits are left out."""
     turning = turning_columns(tree.chain(link), tree.n_dof)
     turned = [[all_turns(q, tree.lower, tree.upper, turning) for q in found.q[i, found.valid[i]]] for i in range(len(found.q))]
-    q, real = _padded([np.vstack([np.empty((0, tree.n_dof)), *rows]) for rows in turned], tree.n_dof)
+    q, real = _pad([np.vstack([np.empty((0, tree.n_dof)), *rows]) for rows in turned], tree.n_dof)
     return Branches(q, real, real.copy(), found.proof)

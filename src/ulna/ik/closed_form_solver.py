@@ -37,12 +37,12 @@ class ClosedFormSolver:
     """
 
     def __init__(self, query: Query, form: ClosedForm) -> None:
-        self._query, self._form, self._six = query, form, (six := joints_at(form, query.home))
+        self._query, self._form, self._six_joints = query, form, (six := joints_at(form, query.home))
         tree, options = query.tree, query.options
         self._n = tree.n_dof
         self._tables = six.table, six.chain, six.plan(tree.lower, tree.upper, options.tolerances)
         self._home, self._tolerances, self._trace = query.home.copy(), options.tolerances, options.trace
-        self._by_way = options.rank is None or options.rank == "nearest"
+        self._is_ranked_by_distance = options.rank is None or options.rank == "nearest"
         self._search, run = NumericSolver(query), closed_form.nearest_branch_of_one
         alone = form.columns == tuple(range(N_AXES)) and self._n == N_AXES and query.task_axes is None and not form.couplings
         self._one = bound_to_one_target(run, self._tables, self._home) if alone else None
@@ -60,8 +60,8 @@ class ClosedFormSolver:
         T, q_seed = request.T, request.q_seed
         if request.posture is not None or request.held:
             return self._search.search(request)
-        if request.world is not None or not self._by_way:
-            return self._best(request)
+        if request.world is not None or not self._is_ranked_by_distance:
+            return self._best_branch(request)
         if self._one is not None:
             found = self._one(T, self._home if q_seed is None else q_seed)
             if found is not None:
@@ -79,35 +79,35 @@ class ClosedFormSolver:
         problem = make_problem(self._query, request.T, request.q_seed)
         if self._form.couplings:
             return self._nearest_of_all(problem)
-        targets, seeds = problem.targets, self._six.entries_of(problem.seeds)
+        targets, seeds = problem.targets, self._six_joints.entries_of(problem.seeds)
         angles, info = np.empty((len(targets), N_AXES)), np.empty(len(targets), SearchResult.structure)
         nearest = closed_form.nearest_branches
 
         def run(part: slice) -> bool:
-            own = seeds[part] if len(seeds) > 1 else seeds
-            nearest(*self._tables, targets[part], own, angles[part], info[part])
+            part_seeds = seeds[part] if len(seeds) > 1 else seeds
+            nearest(*self._tables, targets[part], part_seeds, angles[part], info[part])
             return True
 
         in_parts(run, len(targets), _MIN_TARGETS)
         q = np.broadcast_to(problem.seeds, (len(targets), self._n)).copy()
-        q[:, self._six.columns] = angles[:, : len(self._six.columns)]
+        q[:, self._six_joints.columns] = angles[:, : len(self._six_joints.columns)]
         if self._form.n_free:  # the errors of the link itself, without the added joints
             solved = np.flatnonzero(info["status"] == layout.SOLVED)
             info[solved] = run_from_each(problem, solved, q[solved], 0)[1]
-        return self._with_unsolved(problem, q, info, info["status"] == layout.SOLVED, None)
+        return self._complete(problem, q, info, info["status"] == layout.SOLVED, None)
 
     def _nearest_of_all(self, problem: Problem) -> IKResult:
         """The nearest branch within the limits, for arms whose limits do not apply to the kernels' angles (couplings)."""
         as_pose(problem.targets.reshape(*problem.batch, 4, 4))
         branches = all_branches(self._form, self._query.tree, problem.targets, problem.seeds)
         seeds = np.broadcast_to(problem.seeds, (len(problem.targets), self._n))
-        ways = np.where(branches.valid, np.abs(branches.q - seeds[:, None]).max(axis=-1), np.inf)
-        chosen, rows = ways.argmin(axis=1), np.arange(len(ways))
+        distances = np.where(branches.valid, np.abs(branches.q - seeds[:, None]).max(axis=-1), np.inf)
+        chosen, rows = distances.argmin(axis=1), np.arange(len(distances))
         found = branches.valid[rows, chosen]
         q, info = run_from_each(problem, rows, np.where(found[:, None], branches.q[rows, chosen], seeds), 0)
-        return self._with_unsolved(problem, q, info, found & (info["status"] == layout.SOLVED), None)
+        return self._complete(problem, q, info, found & (info["status"] == layout.SOLVED), None)
 
-    def _best(self, request: Request) -> IKResult:
+    def _best_branch(self, request: Request) -> IKResult:
         """The best branch of each target."""
         query, tree = self._query, self._query.tree
         refuse_clearance_of_nothing(query.options.rank, request.world)
@@ -118,46 +118,50 @@ class ClosedFormSolver:
         if cost is None:
             raise AssertionError("a rank or a world gives a cost")
         goal = mid_range(tree)[None] if query.options.rank == "mid_range" else problem.seeds
-        q, found = _best(all_branches(self._form, tree, problem.targets, goal), cost, problem)
+        q, found = _best_branch(all_branches(self._form, tree, problem.targets, goal), cost, problem)
         q, info = run_from_each(problem, np.arange(len(q)), q, 0)
-        return self._with_unsolved(problem, q, info, found & (info["status"] == layout.SOLVED), collisions)
+        return self._complete(problem, q, info, found & (info["status"] == layout.SOLVED), collisions)
 
-    def _with_unsolved(
+    def _complete(
         self, problem: Problem, q: Array, info: Results, solved: Truths, collisions: CollisionFilter | None
     ) -> IKResult:
         """Complete the result for q (n, n_dof) and info (n,), some of them solved."""
         if (info["status"] == layout.NOT_A_POSE).any():
             refuse_no_pose(problem.targets.reshape(*problem.batch, 4, 4))
-        search, rest = PoseSearch(problem, None, q, info, ~solved, np.zeros(len(q), dtype=bool)), np.flatnonzero(~solved)
-        if len(rest):
-            proved, excess = self._proved(problem.some(rest))
+        search, unsolved = PoseSearch(problem, None, q, info, ~solved, np.zeros(len(q), dtype=bool)), np.flatnonzero(~solved)
+        if len(unsolved):
+            proved, excess = self._prove_unreachable(problem.subset(unsolved))
             proved &= not self._trace  # a trace comes from the search
-            for order, more in ((rest[proved], nearest_poses), (rest[~proved], lambda some: searched(some, collisions))):
+            for order, solve_some in (
+                (unsolved[proved], nearest_poses),
+                (unsolved[~proved], lambda some: searched(some, collisions)),
+            ):
                 if len(order):
-                    search.put(order, more(problem.some(order)))
-            open_ = rest[proved & (info["status"][rest] != layout.SOLVED)]  # some are nevertheless within the tolerances
-            beyond_limits = {int(rest[i]): x for i, x in excess.items() if rest[i] in open_}
-            info["status"][open_] = CODES[Status.UNREACHABLE]
+                    search.copy_results(order, solve_some(problem.subset(order)))
+            # Some are nevertheless within the tolerances.
+            proved_unsolved = unsolved[proved & (info["status"][unsolved] != layout.SOLVED)]
+            beyond_limits = {int(unsolved[i]): x for i, x in excess.items() if unsolved[i] in proved_unsolved}
+            info["status"][proved_unsolved] = CODES[Status.UNREACHABLE]
             info["status"][list(beyond_limits)] = CODES[Status.JOINT_LIMITS]
             search.limit_excess.update(beyond_limits)
-        trace = None if not self._trace else trace_of(search) if len(rest) else _no_steps(info)
+        trace = None if not self._trace else trace_of(search) if len(unsolved) else _no_steps(info)
         return result_of(search, collisions, trace, f"the closed form has no solution, whatever the limits ({self._form.family})")
 
-    def _proved(self, problem: Problem) -> tuple[Truths, dict[int, Array]]:
+    def _prove_unreachable(self, problem: Problem) -> tuple[Truths, dict[int, Array]]:
         """Mask of the targets proved to have no solution within the limits, and their smallest excess over these."""
         tree, form = self._query.tree, self._form
         branches = all_branches(form, tree, problem.targets, problem.seeds)
         is_proof = np.isin(branches.proof, [PROOFS.index(proof) for proof in (Proof.COMPLETE, Proof.COINCIDING)])
         proved, turning = is_proof & ~branches.valid.any(axis=1), turning_columns(form.chain, tree.n_dof)
-        least = {}
+        min_excess = {}
         for i in np.flatnonzero(proved & branches.real.any(axis=1)).tolist():
             q = turn_towards_middle(branches.q[i, branches.real[i]], tree.lower, tree.upper, turning)
             excess = excess_of(q, tree.lower, tree.upper)
-            least[i] = excess[excess.max(axis=1).argmin()]
-        return proved, least
+            min_excess[i] = excess[excess.max(axis=1).argmin()]
+        return proved, min_excess
 
 
-def _best(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDArray[np.bool_]]:
+def _best_branch(branches: Branches, cost: Cost, problem: Problem) -> tuple[Array, NDArray[np.bool_]]:
     """The branch of minimum cost of each target, shape (n, n_dof), and whether there is an acceptable one."""
     order, which = np.nonzero(branches.valid)
     costs, acceptable = np.full(branches.valid.shape, np.inf), np.zeros(branches.valid.shape, dtype=bool)

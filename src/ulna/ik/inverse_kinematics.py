@@ -49,36 +49,38 @@ _MAX_KEPT = 64  # queries of a robot in the cache
 class InverseKinematics:
     """The inverse kinematics of one robot. Its methods have the names of those of ``Robot``, which document them."""
 
-    __slots__ = ("_all_of", "_all_usual", "_query", "_solver", "_usual")
+    __slots__ = ("_all_solutions_of", "_default_all_solutions", "_default_solvers", "_query", "_solver")
 
     def __init__(self, tree: Tree, home: Array, checker: Checker) -> None:
         self._query = partial(_query, tree, home, checker)
         self._solver = lru_cache(_MAX_KEPT, typed=True)(partial(_solver_for, self._query))
-        self._all_of = lru_cache(_MAX_KEPT, typed=True)(partial(_all_of, self._query))
+        self._all_solutions_of = lru_cache(_MAX_KEPT, typed=True)(partial(_all_solutions_of, self._query))
 
-        self._usual: dict[str | None, Solver] = {}  # by link: solvers with default options, which a dict finds in less time
-        self._all_usual: dict[str | None, AllSolutions] = {}
+        self._default_solvers: dict[
+            str | None, Solver
+        ] = {}  # by link: solvers with default options, which a dict finds in less time
+        self._default_all_solutions: dict[str | None, AllSolutions] = {}
 
     def with_defaults(self, T: Array, q_seed: ArrayLike | None, link: str | None) -> IKResult:
         """The result for targets with default options."""
         try:
-            solver = self._usual.get(link)
+            solver = self._default_solvers.get(link)
         except TypeError:  # not hashable, so not the name of a link
             solver = None
         if solver is None:
-            self._usual[link] = solver = self._solver(self._query(link, DEFAULTS).link, *DEFAULTS)
+            self._default_solvers[link] = solver = self._solver(self._query(link, DEFAULTS).link, *DEFAULTS)
         return solver.with_defaults(T, q_seed)
 
     def all_with_defaults(self, T: Array, link: str | None) -> IKSolutions:
         """All solutions for targets with default options."""
         try:
-            every = self._all_usual.get(link)
+            solver = self._default_all_solutions.get(link)
         except TypeError:  # as above
-            every = None
-        if every is None:
-            self._all_usual[link] = every = self._all_of(self._query(link, DEFAULTS).link, None, *DEFAULTS)
-        found = every.of_one(T)
-        return every.all_solutions(T, N_SAMPLES, whole_turns=False) if found is None else found
+            solver = None
+        if solver is None:
+            self._default_all_solutions[link] = solver = self._all_solutions_of(self._query(link, DEFAULTS).link, None, *DEFAULTS)
+        solutions = solver.of_one(T)
+        return solver.all_solutions(T, N_SAMPLES, whole_turns=False) if solutions is None else solutions
 
     def inverse_kinematics(self, request: Request) -> IKResult:
         """The result of the solver of the link and options; see ``Robot.inverse_kinematics``."""
@@ -94,10 +96,10 @@ class InverseKinematics:
         """All solutions for poses, with their proofs; see ``Robot.all_solutions``."""
         n_samples = as_count("n_samples", n_samples, 1)
         try:
-            every = self._all_of(request.link, redundancy, *request.options)
+            solver = self._all_solutions_of(request.link, redundancy, *request.options)
         except TypeError:  # an argument that has no hash
-            every = self._all_of.__wrapped__(request.link, redundancy, *request.options)
-        return every.all_solutions(request.T, n_samples, whole_turns=whole_turns, q_seed=request.q_seed, world=request.world)
+            solver = self._all_solutions_of.__wrapped__(request.link, redundancy, *request.options)
+        return solver.all_solutions(request.T, n_samples, whole_turns=whole_turns, q_seed=request.q_seed, world=request.world)
 
     def follow(
         self,
@@ -126,7 +128,7 @@ def _solver_for(query_of: Callable[[str | None, Options], Query], link: str | No
     return solver_of(query_of(link, Options(*options)))
 
 
-def _all_of(
+def _all_solutions_of(
     query_of: Callable[[str | None, Options], Query], link: str | None, redundancy: str | None, *options: Any
 ) -> AllSolutions:
     return AllSolutions(query_of(link, Options(*options)), redundancy)

@@ -90,11 +90,11 @@ class Query:
     @property
     def _far_square(self) -> float:
         """The square of the distance [m^2] that only prismatic joints can bridge; 0 if no stroke is as long."""
-        tree, far = self.tree, max(_TIMES * arm_length(self.tree, self.link), _MIN_STEP)
+        tree, max_reach = self.tree, max(_TIMES * arm_length(self.tree, self.link), _MIN_STEP)
         slides = [row for row in tree.chain(self.link) if int(row[KIND]) == PRISMATIC]
         lower, upper = np.clip(tree.lower, -LARGEST, LARGEST), np.clip(tree.upper, -LARGEST, LARGEST)
-        ways = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
-        return far * far if any(way > far for way in ways) else 0.0
+        strokes = [abs(row[RATIO]) * (upper[int(row[COLUMN])] - lower[int(row[COLUMN])]) for row in slides]
+        return max_reach * max_reach if any(way > max_reach for way in strokes) else 0.0
 
     @cached_property
     def unit(self) -> float:
@@ -177,7 +177,7 @@ class Problem:
     settings: Records[SearchSettings]
     nearest_to: Array | None
 
-    def some(self, order: NDArray[np.int64]) -> "Problem":
+    def subset(self, order: NDArray[np.int64]) -> "Problem":
         """The problem of some of the targets, by index (m,); indices may repeat."""
         seeds, bounds = (rows[order] if len(rows) > 1 else rows for rows in (self.seeds, self.bounds))
         goal = None if self.nearest_to is None else rows_for(self.nearest_to, order)
@@ -246,12 +246,12 @@ def of_task(query: Query, targets: Array) -> Array:
     return targets @ query.T_link_task
 
 
-def as_names(given: Iterable[str], argument: str = "held", of: str = "joints") -> tuple[str, ...]:
+def as_names(names: Iterable[str], argument: str = "held", kind: str = "joints") -> tuple[str, ...]:
     """The names in an argument, one or several: by default joints to hold."""
     try:
-        return (given,) if isinstance(given, str) else tuple(given)
+        return (names,) if isinstance(names, str) else tuple(names)
     except TypeError:
-        raise InputError(argument, f"{given!r}; names of {of} are expected") from None
+        raise InputError(argument, f"{names!r}; names of {kind} are expected") from None
 
 
 def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:

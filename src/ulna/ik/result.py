@@ -243,11 +243,13 @@ def _reason(result: IKResult) -> Reason:
 
 def _one_as_text(result: IKResult) -> str:
     position, rotation = (x if x > _ROUNDING else 0.0 for x in (result.position_error * 1e3, np.degrees(result.rotation_error)))
-    off = f"{position:.3g} mm and {rotation:.3g} deg from the target"
+    errors = f"{position:.3g} mm and {rotation:.3g} deg from the target"
     steps = f"after {count_of(int(result.iterations), 'step')}"
     if result.success:
-        return f"solved: within what the task allows, {off}, {steps}" if _is_beside(result) else f"solved: {off} {steps}"
-    return f"{result.status}: {f'{result.reason}; ' if result.reason else ''}the best is {off}"
+        return (
+            f"solved: within what the task allows, {errors}, {steps}" if _is_off_target(result) else f"solved: {errors} {steps}"
+        )
+    return f"{result.status}: {f'{result.reason}; ' if result.reason else ''}the best is {errors}"
 
 
 def _many_as_text(result: IKResult) -> str:
@@ -256,11 +258,11 @@ def _many_as_text(result: IKResult) -> str:
     worst = [f"{np.max(errors, initial=0.0):.3g}" for errors in (result.position_error, result.rotation_error)]
     others = [f"{np.count_nonzero(status == word)} {word}" for word in Status if word != Status.SOLVED and word in status]
     others_text = f" ({', '.join(others)})" if others else ""
-    errors = "errors, with what the task allows," if _is_beside(result) else "errors"
+    errors = "errors, with what the task allows," if _is_off_target(result) else "errors"
     return f"{solved} of {count_of(status.size, 'target')} solved{others_text}; largest {errors} {worst[0]} m, {worst[1]} rad"
 
 
-def _is_beside(result: IKResult) -> bool:
+def _is_off_target(result: IKResult) -> bool:
     """Whether the link at a solved target is off its pose by more than the tolerances, as the task allows."""
-    off = np.stack([result.position_error, result.rotation_error], axis=-1) > result.tolerances
-    return bool((off.any(axis=-1) & result.success).any())
+    is_off = np.stack([result.position_error, result.rotation_error], axis=-1) > result.tolerances
+    return bool((is_off.any(axis=-1) & result.success).any())

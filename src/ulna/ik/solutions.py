@@ -13,7 +13,7 @@ from ulna.notebook.tables import OneLine
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
-_put = object.__setattr__
+_set = object.__setattr__
 
 
 class Proof(StrEnum):
@@ -70,7 +70,7 @@ class IKSolutions(OneLine):
     def of_one(cls, q: Array, valid: Truths, real: Truths, proof: Proof, family: str) -> "IKSolutions":
         """The solutions of one target, made in less time, from read-only arrays."""
         found = object.__new__(cls)
-        _put(found, "__dict__", {"q": q, "valid": valid, "real": real, "proof": proof, "family": family})
+        _set(found, "__dict__", {"q": q, "valid": valid, "real": real, "proof": proof, "family": family})
         return found
 
     @classmethod
@@ -81,7 +81,7 @@ class IKSolutions(OneLine):
         for each in (q, valid, real, colliding):
             each.setflags(write=False)
         found = object.__new__(cls)
-        _put(
+        _set(
             found, "__dict__", {"q": q, "valid": valid, "real": real, "_proved": proved, "family": family, "colliding": colliding}
         )
         return found
@@ -104,11 +104,11 @@ class IKSolutions(OneLine):
         real = int(self.real.sum())
         data = {"real": real, "colliding": self.colliding}
         if self.colliding:
-            of = f"all {self.colliding} solutions" if self.colliding > 1 else "the only solution"
-            return Reason(f"{of} within the joint limits touch{'es' * (self.colliding == 1)} something", data)
+            count = f"all {self.colliding} solutions" if self.colliding > 1 else "the only solution"
+            return Reason(f"{count} within the joint limits touch{'es' * (self.colliding == 1)} something", data)
         if real:
-            of = f"all {real} solutions are" if real > 1 else "the only solution is"
-            return Reason(f"{of} beyond the joint limits", data)
+            count = f"all {real} solutions are" if real > 1 else "the only solution is"
+            return Reason(f"{count} beyond the joint limits", data)
         proved = self.proof in {Proof.COMPLETE, Proof.COINCIDING}
         return Reason("the closed form proves that there is no solution" if proved else "no solution was found", data)
 

@@ -48,74 +48,78 @@ def free_turns(task: Task) -> int | None:
     return 3 if task.slack == _POSITION else None
 
 
-def of_six(axes: Axes, n_free: int) -> list[Axes]:
+def six_joint_arms(axes: Axes, n_free: int) -> list[Axes]:
     """Arms of six joints equivalent to an arm with added joints, the likeliest to have a closed form first."""
     if len(axes.directions) in _PLANAR.get(n_free, ()) and _is_planar(axes):
-        return [_planar(axes, n_free)]
-    return [arm for own in _orders(axes) for arm in _completed(own, n_free)]
+        return [_complete_planar(axes, n_free)]
+    return [arm for order in _orders(axes) for arm in _complete(order, n_free)]
 
 
-def _completed(axes: Axes, n_free: int) -> list[Axes]:
+def _complete(axes: Axes, n_free: int) -> list[Axes]:
     n = len(axes.directions)
     if (n == N_AXES and not n_free) or n + n_free > N_AXES or n < _MIN_JOINTS[n_free]:
         return [] if n_free or n != N_AXES else [axes]
     origin, last = axes.end[:3, 3], axes.directions[-1]
     if n_free == 1:
-        return [_with(axes, [(origin, axes.end[:3, 2])])]
+        return [_add_joints(axes, [(origin, axes.end[:3, 2])])]
     if n + 3 == N_AXES:
-        across = normal_to(last)
-        third: Array = np.cross(across, last).astype(np.float64)
-        at = origin + across * (axes.unit if not n_free and _is_on(axes, -1, origin) else 0.0)
-        return [_with(axes, [(at, across), (at, last), (at, third)])]
-    return [] if n_free or axes.slides[-1] else _with_one_or_two(axes)
+        normal = normal_to(last)
+        third: Array = np.cross(normal, last).astype(np.float64)
+        point = origin + normal * (axes.unit if not n_free and _is_on_axis(axes, -1, origin) else 0.0)
+        return [_add_joints(axes, [(point, normal), (point, last), (point, third)])]
+    return [] if n_free or axes.slides[-1] else _add_one_or_two(axes)
 
 
-def _with_one_or_two(axes: Axes) -> list[Axes]:
+def _add_one_or_two(axes: Axes) -> list[Axes]:
     """An arm of four or five joints with one or two joints at rest added."""
     origin, last = axes.end[:3, 3], axes.directions[-1]
-    at = axes.points[-1] + last * ((origin - axes.points[-1]) @ last)
+    point_at_height = axes.points[-1] + last * ((origin - axes.points[-1]) @ last)
     if len(axes.directions) + 2 == N_AXES:
-        at = at + last * (axes.unit if _is_on(axes, -2, at) else 0.0)
+        point_at_height = point_at_height + last * (axes.unit if _is_on_axis(axes, -2, point_at_height) else 0.0)
         fifth = normal_to(last)
-        return [_with(axes, [(at, fifth), (at, (fifth + np.cross(last, fifth)) / np.sqrt(2.0))])]
-    meeting = _nearest_to_before(axes)
-    is_wrist = not axes.slides.any() and _is_on(axes, -2, meeting) and _is_on(axes, -3, meeting)
-    behind = [_with(axes, [(point, _leaning(last, axes.directions[-2]))]) for point in (meeting, at)]
-    return [_with(axes, [], [_before(axes)]), *behind] if is_wrist else behind
+        return [_add_joints(axes, [(point_at_height, fifth), (point_at_height, (fifth + np.cross(last, fifth)) / np.sqrt(2.0))])]
+    intersection = _nearest_to_previous(axes)
+    is_wrist = not axes.slides.any() and _is_on_axis(axes, -2, intersection) and _is_on_axis(axes, -3, intersection)
+    candidates = [
+        _add_joints(axes, [(point, _inclined_direction(last, axes.directions[-2]))]) for point in (intersection, point_at_height)
+    ]
+    return [_add_joints(axes, [], [_axis_before(axes)]), *candidates] if is_wrist else candidates
 
 
-def _before(axes: Axes) -> Line:
+def _axis_before(axes: Axes) -> Line:
     """An axis before the first and perpendicular to it.
 
     It intersects the first axis, or passes it at a distance if the first is parallel to the second.
     """
     h = axes.directions[0]
-    across = normal_to(h)
+    normal = normal_to(h)
     is_parallel = np.linalg.norm(np.cross(h, axes.directions[1])) < _PARALLEL
-    way = np.cross(across, h) if is_parallel else h
-    return axes.points[0] - _FAR * axes.unit * way, across
+    offset = np.cross(normal, h) if is_parallel else h
+    return axes.points[0] - _FAR * axes.unit * offset, normal
 
 
 def _is_planar(axes: Axes) -> bool:
     """Whether all joints rotate about parallel axes, each at a distance from the axis before it."""
     h = axes.directions
-    across = np.linalg.norm(np.cross(h[:-1], h[1:]), axis=1).max() < _PARALLEL
-    return across and not axes.slides.any() and not any(_is_on(axes, j, point) for j, point in enumerate(axes.points[1:]))
+    is_parallel = np.linalg.norm(np.cross(h[:-1], h[1:]), axis=1).max() < _PARALLEL
+    return (
+        is_parallel and not axes.slides.any() and not any(_is_on_axis(axes, j, point) for j, point in enumerate(axes.points[1:]))
+    )
 
 
-def _planar(axes: Axes, n_free: int) -> Axes:
+def _complete_planar(axes: Axes, n_free: int) -> Axes:
     """A planar arm of two or three joints with one joint before it, and a wrist at the link's origin."""
-    origin, h, first = axes.end[:3, 3], axes.directions[-1], _before(axes)
-    across = normal_to(h)
-    third: Array = np.cross(across, h).astype(np.float64)
-    wrist = [(origin, across), (origin, third)]
+    origin, h, first = axes.end[:3, 3], axes.directions[-1], _axis_before(axes)
+    normal = normal_to(h)
+    third: Array = np.cross(normal, h).astype(np.float64)
+    wrist = [(origin, normal), (origin, third)]
     if len(axes.directions) + 3 < N_AXES:
-        parallel = origin + across * (axes.unit if not n_free and _is_on(axes, -1, origin) else 0.0)
+        parallel = origin + normal * (axes.unit if not n_free and _is_on_axis(axes, -1, origin) else 0.0)
         wrist = [(parallel, h), *wrist]
-    return _with(axes, wrist, [first])
+    return _add_joints(axes, wrist, [first])
 
 
-def _is_on(axes: Axes, j: int, point: Array) -> bool:
+def _is_on_axis(axes: Axes, j: int, point: Array) -> bool:
     """Whether a point is on a joint's revolute axis, up to a share of the arm's length."""
     return not axes.slides[j] and float(np.linalg.norm(np.cross(axes.directions[j], point - axes.points[j]))) < _NEAR * axes.unit
 
@@ -131,25 +135,25 @@ def _orders(axes: Axes) -> list[Axes]:
     if order == list(range(len(order))):
         return [axes]
     other = replace(axes, directions=h[order], points=axes.points[order], slides=axes.slides[order], entries=axes.entries[order])
-    return [axes, _with(other, [])]
+    return [axes, _add_joints(other, [])]
 
 
-def _nearest_to_before(axes: Axes) -> Array:
+def _nearest_to_previous(axes: Axes) -> Array:
     """The point of the last axis that is nearest to the axis before it."""
-    h, k, way = axes.directions[-1], axes.directions[-2], axes.points[-2] - axes.points[-1]
-    across = h @ k
-    square = 1.0 - across * across
-    return axes.points[-1] + h * ((way @ h - across * (way @ k)) / square if square > 1e-12 else 0.0)
+    h, k, difference = axes.directions[-1], axes.directions[-2], axes.points[-2] - axes.points[-1]
+    cosine = h @ k
+    square = 1.0 - cosine * cosine
+    return axes.points[-1] + h * ((difference @ h - cosine * (difference @ k)) / square if square > 1e-12 else 0.0)
 
 
-def _leaning(h: Array, other: Array) -> Array:
+def _inclined_direction(h: Array, other: Array) -> Array:
     """A direction whose angle with h is far from the angle of another one with h, and from its supplement."""
     angle = float(np.arctan2(np.linalg.norm(np.cross(h, other)), abs(h @ other)))
-    lean = angle / 2.0 if angle > np.pi / 4 else angle / 2.0 + np.pi / 4
-    return np.cos(lean) * h + np.sin(lean) * normal_to(h)
+    inclination = angle / 2.0 if angle > np.pi / 4 else angle / 2.0 + np.pi / 4
+    return np.cos(inclination) * h + np.sin(inclination) * normal_to(h)
 
 
-def _with(axes: Axes, behind: list[Line], before: Sequence[Line] = ()) -> Axes:
+def _add_joints(axes: Axes, behind: list[Line], before: Sequence[Line] = ()) -> Axes:
     """Add joints about further lines after the axes, or before them, and make the chain of all joints."""
     n, first, added = len(axes.directions), len(before), [*before, *behind]
 

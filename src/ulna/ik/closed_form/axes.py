@@ -66,12 +66,12 @@ def decoupled(chain: Array) -> tuple[Array, tuple[Coupling, ...]]:
     changed, couplings, reach = chain.copy(), [], length_of(chain[1:])
     for i, column in zip(moving, columns, strict=True):
         place = moving.index(i)
-        beside = [moving[k] for k in (place - 1, place + 1) if 0 <= k < len(moving)]
-        found = [one for j in beside if columns.count(column) > 1 and (one := _coupling(chain, i, j, reach)) is not None]
-        if found and columns.count(found[0].column) == 1:
+        neighbors = [moving[k] for k in (place - 1, place + 1) if 0 <= k < len(moving)]
+        possible = [one for j in neighbors if columns.count(column) > 1 and (one := _coupling(chain, i, j, reach)) is not None]
+        if possible and columns.count(possible[0].column) == 1:
             at_zero = row_pose(chain[i]) @ motion_along_z(REVOLUTE, chain[i][OFFSET])
             changed[i, :PARENT] = [*at_zero[:3].ravel(), FIXED, 0, 1.0, 0.0]
-            couplings.append(found[0])
+            couplings.append(possible[0])
     changed.setflags(write=False)
     return (changed, tuple(couplings)) if couplings else (chain, ())
 
@@ -85,10 +85,10 @@ def _coupling(chain: Array, i: int, j: int, reach: float) -> Coupling | None:
     pose = motion_along_z(REVOLUTE, chain[first][OFFSET])
     for row in chain[first + 1 : last]:
         pose = pose @ row_pose(row) @ (np.eye(4) if int(row[KIND]) == FIXED else motion_along_z(int(row[KIND]), row[OFFSET]))
-    aside = (pose @ row_pose(chain[last]))[:3, 2:]  # the other axis and a point on it, in the frame of the first joint
-    same = (np.linalg.norm(aside[:2], axis=0) <= _SAME_AXIS * np.array([1.0, reach])).all()
-    ratio = np.sign(aside[2, 0]) * follower[RATIO] / joint[RATIO]
-    if not same or abs(joint[RATIO]) != 1.0 or ratio != np.rint(ratio):
+    other_axis = (pose @ row_pose(chain[last]))[:3, 2:]  # the other axis and a point on it, in the frame of the first joint
+    is_coaxial = (np.linalg.norm(other_axis[:2], axis=0) <= _SAME_AXIS * np.array([1.0, reach])).all()
+    ratio = np.sign(other_axis[2, 0]) * follower[RATIO] / joint[RATIO]
+    if not is_coaxial or abs(joint[RATIO]) != 1.0 or ratio != np.rint(ratio):
         return None
     return Coupling(int(joint[COLUMN]), int(follower[COLUMN]), int(ratio))
 
@@ -139,9 +139,9 @@ def frame_along(h: Array) -> Array:
 
 def nearest_point(directions: Array, points: Array) -> tuple[Array, float]:
     """The point nearest to lines that are not all parallel, and its maximum distance from them."""
-    across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
-    point = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, points))
-    return point, float(np.linalg.norm(np.einsum("nij,nj->ni", across, point - points), axis=1).max())
+    projections = np.eye(3) - directions[:, :, None] * directions[:, None, :]
+    point = np.linalg.solve(projections.sum(axis=0), np.einsum("nij,nj->i", projections, points))
+    return point, float(np.linalg.norm(np.einsum("nij,nj->ni", projections, point - points), axis=1).max())
 
 
 def table_of_rows(rows: list) -> Array:

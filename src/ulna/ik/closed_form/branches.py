@@ -20,11 +20,11 @@ from ulna.kinematics.turns import nearest_turns, turning_columns
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
-_Computed = tuple[Array, NDArray[np.int8], NDArray[np.int64]]
+_Result = tuple[Array, NDArray[np.int8], NDArray[np.int64]]
 
 # rad: the maximum rotation of an added joint at rest; the same at the end of a branch, where two branches meet.
-_NEARLY, _NEARLY_AT_END = 1e-3, 0.1
-_SAME = 1e-7  # rad, or share of the reach
+_MAX_REST, _MAX_REST_AT_END = 1e-3, 0.1
+_DISTINCT = 1e-7  # rad, or share of the reach
 _STEPS = 8
 
 
@@ -55,7 +55,7 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
         seeds: Shape (n or 1, n_dof). They give the values of undetermined joints, and of joints that do not move the link.
         workers: Computes in place of threads, if given.
     """
-    q, known, proof = _computed(form, tree, targets, seeds, workers)
+    q, known, proof = _compute(form, tree, targets, seeds, workers)
     real = (known & layout.IS_REAL) > 0
     if not form.is_exact:
         proof = np.full(len(targets), PROOFS.index(Proof.SEARCHED))
@@ -66,20 +66,20 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
     return within_limits(form.chain, tree, q, real, proof, seeds)
 
 
-def _computed(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Computed:
+def _compute(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Result:
     """Compute q, the flags of each branch, and the proof of a form of six joints.
 
     Joints at a limit up to rounding are put at the limit.
     """
     six = joints_at(form, seeds[0] if len(seeds) else np.zeros(tree.n_dof))
-    lower, upper, turned = tree.lower, tree.upper, seeds
+    lower, upper, shifted_seeds = tree.lower, tree.upper, seeds
     if form.couplings:  # the limits do not apply to the sums
-        lower, upper, turned = np.full(tree.n_dof, -np.inf), np.full(tree.n_dof, np.inf), seeds.copy()
+        lower, upper, shifted_seeds = np.full(tree.n_dof, -np.inf), np.full(tree.n_dof, np.inf), seeds.copy()
         for column, leader, ratio in form.couplings:
-            turned[:, column] += ratio * seeds[:, leader]
-    q, known, proof = six.branches(targets, six.entries_of(turned), workers, six.plan(lower, upper))
+            shifted_seeds[:, column] += ratio * seeds[:, leader]
+    q, known, proof = six.branches(targets, six.entries_of(shifted_seeds), workers, six.plan(lower, upper))
     if form.n_joints < N_AXES:
-        q, known = _of_fewer(six, targets, q, known, tree.lower[six.columns], tree.upper[six.columns])
+        q, known = _drop_added_joints(six, targets, q, known, tree.lower[six.columns], tree.upper[six.columns])
     if form.columns != tuple(range(tree.n_dof)):
         angles, q = q, np.broadcast_to(seeds[:, None], (len(targets), layout.N_BRANCHES, tree.n_dof)).copy()
         q[..., six.columns] = angles
@@ -97,10 +97,10 @@ def sampled_branches(
     n, (low, high) = len(targets), held_range(tree, form.held_column)
     places = low + (np.arange(n_samples) + 0.5) / n_samples * (high - low)
     seeds, places = np.broadcast_to(seeds, (n, tree.n_dof)), np.broadcast_to(places, (n, n_samples))
-    return at_places(form, tree, targets, seeds, places, workers)
+    return branches_at(form, tree, targets, seeds, places, workers)
 
 
-def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers = None) -> Branches:
+def branches_at(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers = None) -> Branches:
     """The branches of an arm of seven joints at given positions of the held joint for each target.
 
     A held joint at either end moves the target instead of the axes, so all positions are targets of one form.
@@ -119,24 +119,24 @@ def at_places(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places
     (n, k), column = places.shape, form.held_column
     if column is None:
         raise AssertionError("an arm of six joints has no joint to hold")
-    here = np.repeat(seeds, k, axis=0)
+    held_seeds = np.repeat(seeds, k, axis=0)
     moved = targets_with_held_at_zero(form.chain, column, np.repeat(targets, k, axis=0), places.ravel())
     if moved is not None:
-        here[:, column] = 0.0
-        q, known, _ = _computed(form, tree, moved, here, workers)
+        held_seeds[:, column] = 0.0
+        q, known, _ = _compute(form, tree, moved, held_seeds, workers)
         q[..., column] = places.reshape(-1, 1)
     else:
         targets = np.repeat(targets, k, axis=0)
         q, known = np.empty((n * k, layout.N_BRANCHES, tree.n_dof)), np.empty((n * k, layout.N_BRANCHES), dtype=np.int8)
-        here[:, column] = places.ravel()
+        held_seeds[:, column] = places.ravel()
         for place in np.unique(places):  # one form for each position
-            of_it = np.flatnonzero(here[:, column] == place)
-            q[of_it], known[of_it], _ = _computed(form, tree, targets[of_it], here[of_it], workers)
-    here[:, column] = places.ravel()
+            rows = np.flatnonzero(held_seeds[:, column] == place)
+            q[rows], known[rows], _ = _compute(form, tree, targets[rows], held_seeds[rows], workers)
+    held_seeds[:, column] = places.ravel()
     m = layout.N_BRANCHES * k
     real = ((known & layout.IS_REAL) > 0).reshape(n, m)
     proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    found = within_limits(form.chain, tree, q, real.reshape(n * k, layout.N_BRANCHES), proof, here)
+    found = within_limits(form.chain, tree, q, real.reshape(n * k, layout.N_BRANCHES), proof, held_seeds)
     return Branches(found.q.reshape(n, m, tree.n_dof), real, found.valid.reshape(n, m), proof)
 
 
@@ -150,7 +150,7 @@ def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArr
     return Branches(q, real, valid, proof)
 
 
-def _of_fewer(
+def _drop_added_joints(
     six: SixJoints, targets: Array, q: Array, known: NDArray[Any], lower: Array, upper: Array
 ) -> tuple[Array, NDArray[np.int64]]:
     """The branches of an arm of fewer than six joints, from those of the six joints: q and ``known``.
@@ -168,37 +168,37 @@ def _of_fewer(
     own = np.ascontiguousarray(own)
     if at_rest.shape[-1]:
         at_end = (known & layout.IS_COINCIDING) > 0
-        real &= np.abs(_turned(at_rest)).max(axis=-1) <= np.where(at_end, _NEARLY_AT_END, _NEARLY)
+        real &= np.abs(_wrapped(at_rest)).max(axis=-1) <= np.where(at_end, _MAX_REST_AT_END, _MAX_REST)
         order, branch = np.nonzero(real)
         starts = np.hstack([own[order, branch], free[order, branch]])
-        angles, errors = _polished(six, targets[order], starts, np.empty(0))
-        some = np.flatnonzero(known[order, branch] & layout.IS_WITHIN)
-        inside, there = _polished(six, targets[order[some]], starts[some], np.r_[lower, upper])
-        reached = there <= np.maximum(errors[some], layout.ENOUGH)
-        angles[some[reached]] = inside[reached]
+        angles, errors = _polish(six, targets[order], starts, np.empty(0))
+        inside_rows = np.flatnonzero(known[order, branch] & layout.IS_WITHIN)
+        inside, errors_inside = _polish(six, targets[order[inside_rows]], starts[inside_rows], np.r_[lower, upper])
+        reached = errors_inside <= np.maximum(errors[inside_rows], layout.ENOUGH)
+        angles[inside_rows[reached]] = inside[reached]
         own[order, branch], real[order, branch] = angles[:, :n_own], errors <= layout.REACHED
         lost = order[errors > layout.REACHED], branch[errors > layout.REACHED]
         known[lost] |= np.where(at_end[lost], layout.IS_HARDLY_DETERMINED, 0)
-    real &= ~_repeated(np.where(six.slides, own * share, own), six.slides, real)
+    real &= ~_is_repeated(np.where(six.slides, own * share, own), six.slides, real)
     return own, np.where(real, known | layout.IS_REAL, known & ~layout.IS_REAL)
 
 
-def _polished(six: SixJoints, targets: Array, starts: Array, bounds: Array) -> tuple[Array, Array]:
+def _polish(six: SixJoints, targets: Array, starts: Array, bounds: Array) -> tuple[Array, Array]:
     """The results (n, ...) of Newton steps from starts within bounds, and their errors (n,); joints at rest stay there."""
-    q, errors, share = starts.copy(), np.full(len(starts), _NEARLY), six.table[layout.FORM, layout.INVERSE_REACH]
+    q, errors, share = starts.copy(), np.full(len(starts), _MAX_REST), six.table[layout.FORM, layout.INVERSE_REACH]
     closed_form.polish_all(six.without_rest, targets, q, bounds, share, _STEPS, errors)
     return q, errors
 
 
-def _repeated(q: Array, slides: Truths, real: Truths) -> NDArray[Any]:
+def _is_repeated(q: Array, slides: Truths, real: Truths) -> NDArray[Any]:
     """Whether a solution repeats an earlier one, shape (n, 8)."""
     difference = q[:, :, None] - q[:, None]
-    same = (np.abs(np.where(slides, difference, _turned(difference))) <= _SAME).all(axis=-1)
+    same = (np.abs(np.where(slides, difference, _wrapped(difference))) <= _DISTINCT).all(axis=-1)
     before = np.tri(layout.N_BRANCHES, k=-1, dtype=bool)
     return np.any(same & before & real[:, None], axis=-1)
 
 
-def _turned(angle: Array) -> Array:
+def _wrapped(angle: Array) -> Array:
     """Angles wrapped to [-pi, pi)."""
     return np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
 
@@ -212,17 +212,17 @@ def targets_with_held_at_zero(chain: Array, column: int, targets: Array, places:
     2. The first joint: T = A M(x) B, so A M(0) B = A M(0) M(x)^-1 A^-1 T.
     """
     moving = [i for i, row in enumerate(chain) if int(row[KIND]) != FIXED and row[RATIO] != 0.0]
-    own = [i for i in moving if int(chain[i][COLUMN]) == column]
-    if len(own) != 1 or own[0] not in {moving[0], moving[-1]}:
+    rows = [i for i in moving if int(chain[i][COLUMN]) == column]
+    if len(rows) != 1 or rows[0] not in {moving[0], moving[-1]}:
         return None
-    row = chain[own[0]]
+    row = chain[rows[0]]
     zero, motion = (motion_along_z(int(row[KIND]), row[RATIO] * x + row[OFFSET]) for x in (0.0, places))
-    back = inverse(motion)
-    if own[0] == moving[-1]:
-        behind = _product(chain[own[0] + 1 :])
-        return targets @ inverse(behind) @ back @ (zero @ behind)
-    before = _product(chain[: own[0] + 1])
-    return (before @ zero) @ back @ inverse(before) @ targets
+    inverse_motion = inverse(motion)
+    if rows[0] == moving[-1]:
+        pose_after = _product(chain[rows[0] + 1 :])
+        return targets @ inverse(pose_after) @ inverse_motion @ (zero @ pose_after)
+    pose_before = _product(chain[: rows[0] + 1])
+    return (pose_before @ zero) @ inverse_motion @ inverse(pose_before) @ targets
 
 
 def _product(rows: Array) -> Array:

@@ -86,11 +86,11 @@ class ClosedForm(OneLine):
     @property
     def geometry(self) -> str:
         """The family, with the held joint, the end from which the axes are counted, and the number of added joints."""
-        seen = ", counted from the end" if self.from_end else ""
+        details = ", counted from the end" if self.from_end else ""
         if self.n_joints < N_AXES:
-            seen += f", with {N_AXES - self.n_joints} of the joints added"
-        held = f"with {self.held} held: " if self.held else ""
-        return f"{held}{self.family}{seen}"
+            details += f", with {N_AXES - self.n_joints} of the joints added"
+        prefix = f"with {self.held} held: " if self.held else ""
+        return f"{prefix}{self.family}{details}"
 
     def __str__(self) -> str:
         tier = "exact" if self.is_exact else "near"
@@ -128,19 +128,19 @@ def _closed_form_of(tree: Tree, link: str, held: str | None, task: Task) -> Clos
         chain = lengthened(chain, task.frame)
     if held is not None:
         column = _column_of(tree, held, order)
-        return _made(tree, chain, order, 0, column) if n_free == 0 else None
+        return _make_form(tree, chain, order, 0, column) if n_free == 0 else None
     if n_free is None:
         return None
     if len(order) <= N_AXES:
-        form = _made(tree, chain, order, n_free, None)
+        form = _make_form(tree, chain, order, n_free, None)
         return None if form is None else replace(form, couplings=couplings)
     if len(order) != N_AXES + 1 or n_free:
         return None
-    found = [form for column in _by_preference(order) if (form := _made(tree, chain, order, 0, column)) is not None]
-    return next((form for form in found if form.is_exact), min(found, key=lambda form: form.miss, default=None))
+    forms = [form for column in _held_order(order) if (form := _make_form(tree, chain, order, 0, column)) is not None]
+    return next((form for form in forms if form.is_exact), min(forms, key=lambda form: form.miss, default=None))
 
 
-def _by_preference(order: tuple[int, ...]) -> list[int]:
+def _held_order(order: tuple[int, ...]) -> list[int]:
     """The order in which to try joints to hold.
 
     The joints at both ends come first: they do not change the geometry of the others.
@@ -148,7 +148,7 @@ def _by_preference(order: tuple[int, ...]) -> list[int]:
     return [order[k] for k in (6, 0, 2, 4, 1, 5, 3)]
 
 
-def _made(tree: Tree, chain: Array, order: tuple[int, ...], n_free: int, held: int | None) -> ClosedForm | None:
+def _make_form(tree: Tree, chain: Array, order: tuple[int, ...], n_free: int, held: int | None) -> ClosedForm | None:
     columns = tuple(column for column in order if column != held)
     slide = longest_slide(chain, tree.lower, tree.upper)
     forms = [six_joints(chain, columns, q, n_free, slide) for q in _places(tree, held)]

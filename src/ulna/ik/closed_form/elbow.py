@@ -53,24 +53,24 @@ class Elbow:
         R, p = G[:, None, :3, :3], G[:, :3, :3] @ self.wrist + G[:, :3, 3] - self.shoulder
         upper, lower = self.axes.points[3] - self.shoulder, self.wrist - self.axes.points[3]
         square = (p * p).sum(axis=-1)
-        q4, real = _to_plane(upper, lower, h[3], 0.5 * (square - upper @ upper - lower @ lower))
+        q4, real = _angles_to_plane(upper, lower, h[3], 0.5 * (square - upper @ upper - lower @ lower))
         angles = (np.arange(n_samples) + 0.5) / n_samples * 2.0 * np.pi - np.pi
-        along = p / np.linalg.norm(p, axis=-1)[:, None]
-        about = rotations(along[:, None], np.broadcast_to(angles, (n, n_samples)))
-        found, good = [], []
+        direction = p / np.linalg.norm(p, axis=-1)[:, None]
+        elbow_rotations = rotations(direction[:, None], np.broadcast_to(angles, (n, n_samples)))
+        angles_by_branch, is_real = [], []
         for elbow in range(2):
             R_4 = rotations(h[3], q4[elbow])
-            straight = upper + R_4 @ lower
-            onto = _onto(straight, np.cross(h[3], straight), p, h[0])
-            R_123 = about @ onto[:, None]
+            shoulder_to_wrist = upper + R_4 @ lower
+            alignment = _rotations_onto(shoulder_to_wrist, np.cross(h[3], shoulder_to_wrist), p, h[0])
+            R_123 = elbow_rotations @ alignment[:, None]
             R_567 = np.swapaxes(R_123 @ R_4[:, None], -1, -2) @ R
-            for first, is_first in _three_turns(h[:3], R_123):
-                for last, is_last in _three_turns(h[4:], R_567):
+            for first, is_first in _decompositions(h[:3], R_123):
+                for last, is_last in _decompositions(h[4:], R_567):
                     middle = np.broadcast_to(q4[elbow][:, None, None], (n, n_samples, 1))
-                    found.append(np.concatenate([first, middle, last], axis=-1))
-                    good.append(is_first & is_last & real[:, None])
-        q = np.stack(found, axis=2).reshape(n, -1, _N)
-        return self._verified(targets, q, np.stack(good, axis=2).reshape(n, -1))
+                    angles_by_branch.append(np.concatenate([first, middle, last], axis=-1))
+                    is_real.append(is_first & is_last & real[:, None])
+        q = np.stack(angles_by_branch, axis=2).reshape(n, -1, _N)
+        return self._verified(targets, q, np.stack(is_real, axis=2).reshape(n, -1))
 
     def _verified(self, targets: Array, q: Array, good: Truths) -> tuple[Array, Truths]:
         order, branch = np.nonzero(good)
@@ -88,13 +88,13 @@ def elbow_of(tree: Tree, link: str) -> Elbow | None:
     axes = axes_of(chain, columns, np.zeros(tree.n_dof), 0.0) if len(columns) == _N else None
     if axes is None or axes.slides.any():
         return None
-    (shoulder, far_1), (wrist, far_2) = (_common(axes, part) for part in (slice(0, 3), slice(4, 7)))
+    (shoulder, far_1), (wrist, far_2) = (_common_point(axes, part) for part in (slice(0, 3), slice(4, 7)))
     if max(far_1, far_2) > _EXACT * axes.reach:
         return None
     return Elbow(axes, columns, shoulder, wrist)
 
 
-def _common(axes: Axes, part: slice) -> tuple[Array, float]:
+def _common_point(axes: Axes, part: slice) -> tuple[Array, float]:
     """The point nearest to three axes, and its maximum distance from them."""
     h, c = axes.directions[part], axes.points[part]
     if np.linalg.cond(len(h) * np.eye(3) - h.T @ h) > 1e9:
@@ -112,7 +112,7 @@ def rotations(k: Array, angle: Array) -> Array:
     return c * np.eye(3) + s * K + (1.0 - c) * k[..., :, None] * k[..., None, :]
 
 
-def _onto(a: Array, a_side: Array, b: Array, b_side: Array) -> Array:
+def _rotations_onto(a: Array, a_side: Array, b: Array, b_side: Array) -> Array:
     """Rotations (n, 3, 3) that take directions a (n, 3) to b, and half-planes of a_side to those of b_side."""
     return _frame(b, np.broadcast_to(b_side, b.shape)) @ np.swapaxes(_frame(a, a_side), -1, -2)
 
@@ -126,35 +126,35 @@ def _frame(a: Array, side: Array) -> Array:
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
-def _to_plane(h: Array, p: Array, k: Array, d: Array) -> tuple[tuple[Array, Array], Truths]:
+def _angles_to_plane(h: Array, p: Array, k: Array, d: Array) -> tuple[tuple[Array, Array], Truths]:
     """Subproblem 4: both angles with h . rot(k, angle) p = d, and whether they exist."""
-    still = (h @ k) * (k @ p)
-    a_s, a_c = h @ np.cross(k, p), h @ p - still
+    constant = (h @ k) * (k @ p)
+    a_s, a_c = h @ np.cross(k, p), h @ p - constant
     size = np.hypot(a_s, a_c)
-    share = (d - still) / np.where(size > 0.0, size, 1.0)
-    middle, half = np.arctan2(a_s, a_c), np.arccos(np.clip(share, -1.0, 1.0))
-    return (middle + half, middle - half), np.abs(share) <= 1.0 + _NEARLY
+    cosine = (d - constant) / np.where(size > 0.0, size, 1.0)
+    middle, half = np.arctan2(a_s, a_c), np.arccos(np.clip(cosine, -1.0, 1.0))
+    return (middle + half, middle - half), np.abs(cosine) <= 1.0 + _NEARLY
 
 
-def _three_turns(h: Array, R: Array) -> list[tuple[Array, Truths]]:
+def _decompositions(h: Array, R: Array) -> list[tuple[Array, Truths]]:
     """Both decompositions of R (..., 3, 3) into rotations about three axes (3, 3).
 
     Each is the angles (..., 3), and whether they exist. The last axis rotates first.
     """
     axis = R @ h[2]
-    both, real = _to_plane(h[0], h[2], h[1], axis @ h[0])
-    found = []
+    both, real = _angles_to_plane(h[0], h[2], h[1], axis @ h[0])
+    solutions = []
     for second in both:
-        bent = rotations(h[1], second) @ h[2]
-        first = _about(h[0], bent, axis)
-        left = np.swapaxes(rotations(h[0], first) @ rotations(h[1], second), -1, -2) @ R
-        side = np.cross(h[2], h[1])
-        third = _about(h[2], np.broadcast_to(side, axis.shape), left @ side)
-        found.append((np.stack([first, second, third], axis=-1), real))
-    return found
+        moved_axis = rotations(h[1], second) @ h[2]
+        first = _angle_about(h[0], moved_axis, axis)
+        remaining = np.swapaxes(rotations(h[0], first) @ rotations(h[1], second), -1, -2) @ R
+        normal = np.cross(h[2], h[1])
+        third = _angle_about(h[2], np.broadcast_to(normal, axis.shape), remaining @ normal)
+        solutions.append((np.stack([first, second, third], axis=-1), real))
+    return solutions
 
 
-def _about(k: Array, a: Array, b: Array) -> Array:
+def _angle_about(k: Array, a: Array, b: Array) -> Array:
     """Subproblem 1: the angle about k that brings a (..., 3) nearest to b."""
     across_a, across_b = np.cross(k, a), np.cross(k, b)
     return np.arctan2(np.cross(across_a, across_b) @ k, (across_a * across_b).sum(axis=-1))

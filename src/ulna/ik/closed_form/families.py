@@ -153,17 +153,19 @@ def family_of(directions: Array, points: Array, slides: NDArray[np.bool_], unit:
     directions, points: Shape (6, 3). slides: Mask of the prismatic joints, shape (6,). unit: The length for relative distances
     [m].
     """
-    found = [
+    families = [
         *_families(directions, points, slides, unit, from_end=False),
         *_families(-directions[::-1], points[::-1], slides[::-1], unit, from_end=True),
     ]
-    if not found:
+    if not families:
         return None
-    simple = [family for family in found if family.rule.offset is None]
-    if simple and min(family.miss for family in simple) <= _ALMOST:  # axes near one of these make an ill-conditioned quartic
-        found = simple
-    least = min(family.miss for family in found)
-    return next(family for family in found if family.miss <= max(10.0 * least, EXACT))
+    not_quartic = [family for family in families if family.rule.offset is None]
+    if (
+        not_quartic and min(family.miss for family in not_quartic) <= _ALMOST
+    ):  # axes near one of these make an ill-conditioned quartic
+        families = not_quartic
+    min_miss = min(family.miss for family in families)
+    return next(family for family in families if family.miss <= max(10.0 * min_miss, EXACT))
 
 
 def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, from_end: bool) -> Iterator[Family]:
@@ -173,7 +175,7 @@ def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, fr
         if rule.slides != tuple(slides.tolist()[:3]):
             continue
         directions, points, signs = h.copy(), c.copy(), np.ones(6)
-        missed = _brought_into(rule, directions, points, signs)
+        missed = _move_into(rule, directions, points, signs)
         if missed is not None:
             miss = max(missed[0], missed[1] / scale)
             is_offset = rule.offset is None or rule.offset(directions, points) > _MIN_OFFSET * scale
@@ -181,20 +183,20 @@ def _families(h: Array, c: Array, slides: NDArray[np.bool_], scale: float, *, fr
                 yield Family(rule.number, from_end, miss, directions, points, signs)
 
 
-def _brought_into(rule: Rule, h: Array, c: Array, signs: Array) -> tuple[float, float] | None:
+def _move_into(rule: Rule, h: Array, c: Array, signs: Array) -> tuple[float, float] | None:
     """Move axes into a family; the miss as angle [rad] and length [m], or None if ill-conditioned."""
-    angle = max((_made_parallel(h, signs, i, j) for i, j in rule.parallel), default=0.0)
-    least = _SKEW if rule.offset is None else _SKEW_OF_QUARTIC
-    if any(_skewness(h, i, j) < least for i, j in rule.apart) or (rule.size is not None and rule.size(h) < _SKEW):
+    angle = max((_make_parallel(h, signs, i, j) for i, j in rule.parallel), default=0.0)
+    min_skewness = _SKEW if rule.offset is None else _SKEW_OF_QUARTIC
+    if any(_skewness(h, i, j) < min_skewness for i, j in rule.apart) or (rule.size is not None and rule.size(h) < _SKEW):
         return None
-    length = _made_intersecting(h, c, *rule.intersecting) if rule.intersecting else 0.0
+    length = _make_intersecting(h, c, *rule.intersecting) if rule.intersecting else 0.0
     if rule.near:
-        _made_near(h, c, *rule.near)
+        _make_nearest(h, c, *rule.near)
     if rule.has_wrist:
         if min(_skewness(h, 3, 4), _skewness(h, 4, 5)) < _SKEW:
             return None
-        c[3:], away = nearest_point(h[3:], c[3:])
-        length = max(length, away)
+        c[3:], distance = nearest_point(h[3:], c[3:])
+        length = max(length, distance)
     return angle, length
 
 
@@ -203,7 +205,7 @@ def _skewness(h: Array, i: int, j: int) -> float:
     return float(np.linalg.norm(np.cross(h[i], h[j])))
 
 
-def _made_parallel(h: Array, signs: Array, i: int, j: int) -> float:
+def _make_parallel(h: Array, signs: Array, i: int, j: int) -> float:
     """Make axis j parallel to axis i, and record the sign of its direction; the angle between the axes."""
     signs[j] = 1.0 if h[i] @ h[j] >= 0.0 else -1.0
     missed = _skewness(h, i, j)
@@ -211,19 +213,22 @@ def _made_parallel(h: Array, signs: Array, i: int, j: int) -> float:
     return missed
 
 
-def _made_intersecting(h: Array, c: Array, i: int, j: int) -> float:
+def _make_intersecting(h: Array, c: Array, i: int, j: int) -> float:
     """Move the points of two axes to their intersection; the distance between the axes."""
-    normal, way = np.cross(h[i], h[j]), c[j] - c[i]
+    normal, difference = np.cross(h[i], h[j]), c[j] - c[i]
     square = normal @ normal
     if square < _SKEW**2:
         return np.inf
-    _made_near(h, c, i, j)
+    _make_nearest(h, c, i, j)
     c[i] = c[j] = (c[i] + c[j]) / 2.0
-    return float(abs(way @ normal) / np.sqrt(square))
+    return float(abs(difference @ normal) / np.sqrt(square))
 
 
-def _made_near(h: Array, c: Array, i: int, j: int) -> None:
+def _make_nearest(h: Array, c: Array, i: int, j: int) -> None:
     """Move the points of two skew axes to their nearest points."""
-    normal, way = np.cross(h[i], h[j]), c[j] - c[i]
+    normal, difference = np.cross(h[i], h[j]), c[j] - c[i]
     square = normal @ normal
-    c[i], c[j] = c[i] + h[i] * (np.cross(way, h[j]) @ normal / square), c[j] + h[j] * (np.cross(way, h[i]) @ normal / square)
+    c[i], c[j] = (
+        c[i] + h[i] * (np.cross(difference, h[j]) @ normal / square),
+        c[j] + h[j] * (np.cross(difference, h[i]) @ normal / square),
+    )

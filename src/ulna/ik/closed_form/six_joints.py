@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ulna.description.pose import inverse
 from ulna.engine.threads import in_parts
-from ulna.ik.closed_form.added_joints import of_six
+from ulna.ik.closed_form.added_joints import six_joint_arms
 from ulna.ik.closed_form.axes import N_AXES, Axes, axes_of, frame_along
 from ulna.ik.closed_form.families import EXACT, Family, family_of
 from ulna.ik.entries import closed_form
@@ -118,7 +118,7 @@ def six_joints(chain: Array, columns: tuple[int, ...], q: Array, n_free: int, sl
     found = []
     if own is None:
         return None
-    for axes in of_six(own, n_free):
+    for axes in six_joint_arms(own, n_free):
         family = family_of(axes.directions, axes.points, axes.slides, axes.unit)
         if family is not None:
             found.append(SixJoints(table_of(axes, family, n_free), axes.chain, own.chain, np.array(columns), n_free, family))
@@ -129,10 +129,10 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     """The table of the kernels (``closed_form_layout``), shape (N_ROWS, 3), read-only; the last ``n_free`` joints are free."""
     table = np.zeros((layout.N_ROWS, 3))
     h, reach = family.directions, axes.unit
-    c, back = family.points / reach, inverse(axes.end)
+    c, T_end_0 = family.points / reach, inverse(axes.end)
     table[layout.AXES : layout.AXES + 6] = h
     table[layout.POINTS], table[layout.POINTS + 1 : layout.POINTS + 6], table[layout.LAST] = c[0], np.diff(c, axis=0), c[5]
-    table[layout.FRAME : layout.FRAME + 3], table[layout.FRAME + 3] = back[:3, :3].T, back[:3, 3] / reach
+    table[layout.FRAME : layout.FRAME + 3], table[layout.FRAME + 3] = T_end_0[:3, :3].T, T_end_0[:3, 3] / reach
     frames = {row: frame_along(h[j]) for row, j in ((layout.OF_2, 1), (layout.OF_4, 3), (layout.OF_6, 5))}
     for row, frame in frames.items():
         table[layout.NORMALS + row : layout.NORMALS + row + 2] = frame[:, :2].T
@@ -148,14 +148,14 @@ def table_of(axes: Axes, family: Family, n_free: int) -> Array:
     return table
 
 
-def _turns(before: Array, h: Array, behind: Array) -> Array:
+def _turns(F_before: Array, h: Array, F_behind: Array) -> Array:
     """The nine rows of K, C and S, by Rodrigues' formula.
 
     K + C cos(angle) + S sin(angle) = before' rot(h, angle) behind.
     """
-    still = np.outer(h, h)
-    across: Array = np.cross(h, behind, axisb=0, axisc=0).astype(np.float64)
-    return np.vstack([before.T @ still @ behind, before.T @ (np.eye(3) - still) @ behind, before.T @ across])
+    outer = np.outer(h, h)
+    crossed: Array = np.cross(h, F_behind, axisb=0, axisc=0).astype(np.float64)
+    return np.vstack([F_before.T @ outer @ F_behind, F_before.T @ (np.eye(3) - outer) @ F_behind, F_before.T @ crossed])
 
 
 def _bends(h: Array, k: Array, p: Array) -> tuple[float, float]:
@@ -164,8 +164,8 @@ def _bends(h: Array, k: Array, p: Array) -> tuple[float, float]:
     a and b are the angles of k to h and to p.
     """
     a, b = (float(np.arctan2(np.linalg.norm(np.cross(k, v)), k @ v)) for v in (h, p))
-    less, more = 2.0 * np.sin((a - b) / 2.0) ** 2, 2.0 * np.cos((a + b) / 2.0) ** 2
-    return 0.0 if less < _NOTHING else float(less), 0.0 if more < _NOTHING else float(more)
+    one_minus, one_plus = 2.0 * np.sin((a - b) / 2.0) ** 2, 2.0 * np.cos((a + b) / 2.0) ** 2
+    return 0.0 if one_minus < _NOTHING else float(one_minus), 0.0 if one_plus < _NOTHING else float(one_plus)
 
 
 def proofs_of(known: NDArray[np.int8], real: NDArray[np.bool_], n_at_rest: int = 0) -> NDArray[np.int64]:

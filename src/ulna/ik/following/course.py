@@ -66,7 +66,7 @@ class Course:
     def lifts(self) -> Lifts:
         """The whole turns that the limits allow."""
         tree = self.query.tree
-        return Lifts.of(tree.lower, tree.upper, self.turning, self.start, one_sided=self.one_sided)
+        return Lifts.make(tree.lower, tree.upper, self.turning, self.start, one_sided=self.one_sided)
 
     @cached_property
     def turning(self) -> Truths:
@@ -98,7 +98,7 @@ class Course:
         """The weight of squared joint steps relative to the costs of the rank."""
         return 1.0 if self.query.options.rank is None else 1.0 / self.max_step**2
 
-    def beginning(self, q: Array) -> Array:
+    def begin_costs(self, q: Array) -> Array:
         """The cost of each lift of q (m, n_dof) as the first node: (m, n_lifts).
 
         It is infinite beyond the limits, or more than a step from the caller's start. Otherwise it is the cost of the step from
@@ -106,15 +106,15 @@ class Course:
         between lifts.
         """
         lifts = self.lifts
-        raised = np.where(lifts.lifted, q[:, None] + TURN * lifts.table, q[:, None])
-        away = np.where(lifts.free, lifts.steps(self.start, raised)[0], raised - self.start)
+        lifted_q = np.where(lifts.lifted, q[:, None] + TURN * lifts.table, q[:, None])
+        steps = np.where(lifts.free, lifts.steps(self.start, lifted_q)[0], lifted_q - self.start)
         allowed = lifts.allowed(q)
         if self.started:
-            allowed &= np.abs(away).max(axis=-1, initial=0.0) <= self.max_step
-        counts = self.started or self.query.options.rank is None
-        return np.where(allowed, (self.weight if counts else _TIE) * (away**2).sum(axis=-1), np.inf)
+            allowed &= np.abs(steps).max(axis=-1, initial=0.0) <= self.max_step
+        is_weighted = self.started or self.query.options.rank is None
+        return np.where(allowed, (self.weight if is_weighted else _TIE) * (steps**2).sum(axis=-1), np.inf)
 
-    def on_from_start(self, q: Array) -> Array:
+    def unwrap_from_start(self, q: Array) -> Array:
         """Remove steps above half a turn of free joints from a path (n, n_dof), and begin it near the start.
 
         If the caller gives no start, whole turns bring the path within a limit on one side.
@@ -138,7 +138,7 @@ class Course:
         """The excess of each entry of q (..., n_dof) over its limits [rad or m]."""
         return excess_of(q, self.query.tree.lower, self.query.tree.upper)
 
-    def near(self, order: NDArray[np.int64], guesses: Array, *, beyond_limits: bool = False) -> tuple[Array, Truths]:
+    def solutions_near(self, order: NDArray[np.int64], guesses: Array, *, beyond_limits: bool = False) -> tuple[Array, Truths]:
         """Solutions of some poses (m,) by a search from guesses (m, n_dof), and whether each search converged."""
         problem = self.problem
         if beyond_limits:
@@ -151,7 +151,7 @@ class Course:
         self.limit.begin(time.perf_counter())
         return q, info["status"] == layout.SOLVED
 
-    def searched(self, order: NDArray[np.int64], n_starts: int) -> list[Array]:
+    def search(self, order: NDArray[np.int64], n_starts: int) -> list[Array]:
         """Solutions (k, n_dof) of each of some poses (m,), by a search from the start and random starts."""
         problem, found = replace(self.problem, nearest_to=None), []
         for part in np.array_split(order, max(1, len(order) * n_starts // _MAX_AT_ONCE)):
@@ -162,7 +162,7 @@ class Course:
             self.limit.begin(time.perf_counter())
         return found + [np.empty((0, len(self.start)))] * (len(order) - len(found))
 
-    def clear(self, rows: list[Array]) -> list[Array]:
+    def without_collisions(self, rows: list[Array]) -> list[Array]:
         """The configurations (m, n_dof) of each list that do not collide."""
         hit = self.collide(np.concatenate(rows))
         return [q[~bad] for q, bad in zip(rows, split_as(rows, hit), strict=True)]
@@ -186,13 +186,13 @@ class Course:
 
     def _in_parts(self, hit: Callable[..., Truths], *rows: Array) -> Truths:
         """The result of a check for each row. Rows after the time limit count as colliding."""
-        found = np.ones(len(rows[0]), dtype=bool)
-        for k in range(0, len(found), _MAX_CHECKED):
+        hits = np.ones(len(rows[0]), dtype=bool)
+        for k in range(0, len(hits), _MAX_CHECKED):
             if self.limit.is_over():
                 break
             part = slice(k, k + _MAX_CHECKED)
-            found[part] = hit(*(each[part] for each in rows))
-        return found
+            hits[part] = hit(*(each[part] for each in rows))
+        return hits
 
     def costs(self, q: Array) -> Array:
         """The costs of configurations (m, n_dof) by the rank, shape (m,); 0 without a rank."""
@@ -201,8 +201,8 @@ class Course:
         cost = cost_of(self.problem, self.collisions)
         if cost is None:
             raise AssertionError("a rank gives a cost")
-        near = self.lifts.nearest(q, self.start)
-        return cost(np.zeros(len(q), dtype=np.int64), near).of_acceptable()
+        nearest = self.lifts.nearest(q, self.start)
+        return cost(np.zeros(len(q), dtype=np.int64), nearest).of_acceptable()
 
 
 def split_as(rows: list[Array], values: NDArray) -> list[NDArray]:

@@ -44,7 +44,7 @@ def why_it_ends(course: Course, k: int, ends: Array, solutions: Array, *, are_al
         are_all: Whether these are proved to be all, so that no other step counts.
     """
     facts = _Facts(course, k, ends, solutions, are_all=are_all)
-    for rule in (_unsolved, _start_beyond, _cut, _collision, _limits, _singularity):
+    for rule in (_unsolved, _start_beyond_limits, _omitted_turn, _collision, _limits, _singularity):
         ending = rule(facts)
         if ending is not None:
             return ending
@@ -69,7 +69,9 @@ class _Facts:
         self.course, self.k, self.all_ends = course, k, ends
         self.ends = ends[:: max(1, len(ends) // _MAX_ENDS)]
         order = np.full(len(self.ends), k)
-        (self.within, good), (self.beyond, free) = (course.near(order, self.ends, beyond_limits=wide) for wide in (False, True))
+        (self.within, good), (self.beyond, free) = (
+            course.solutions_near(order, self.ends, beyond_limits=wide) for wide in (False, True)
+        )
         self.hits = course.collide(self.within)
         self.beyond = self.ends + course.lifts.steps(self.ends, self.beyond)[0]
         self.near_within = good & self._is_short(course.steps_within(self.ends, self.within))
@@ -138,7 +140,7 @@ def _unsolved(facts: _Facts) -> Reason | None:
     return facts.ending(status, str(found.reason) or "no solution was found", np.asarray(found.limit_excess), depths)
 
 
-def _start_beyond(facts: _Facts) -> Reason | None:
+def _start_beyond_limits(facts: _Facts) -> Reason | None:
     """The reason if the given start is beyond the limits, and the first pose not near its clipped position."""
     course, excess = facts.course, facts.course.start_excess
     is_near = facts.near_within.any() or facts.smallest_step <= course.max_step
@@ -148,15 +150,15 @@ def _start_beyond(facts: _Facts) -> Reason | None:
     return facts.ending(PathStatus.LIMITS, f"{words} {facts.step_in_words()}, but max_step is {course.max_step:.3g}", excess)
 
 
-def _cut(facts: _Facts) -> Reason | None:
+def _omitted_turn(facts: _Facts) -> Reason | None:
     """The reason if a step leads to a turn that was not searched."""
     course, lifts = facts.course, facts.course.lifts
     if not lifts.cut.any():
         return None
     steps = course.steps_within(facts.all_ends[:, None], facts.solutions[None])
-    there = facts.all_ends[:, None] + steps
-    outside = lifts.cut & ((there < lifts.lower - AT_LIMIT) | (there > lifts.lower + TURN * lifts.counts + AT_LIMIT))
-    leading = outside[(np.abs(steps).max(axis=-1, initial=0.0) <= course.max_step) & outside.any(axis=-1)]
+    ends = facts.all_ends[:, None] + steps
+    is_omitted = lifts.cut & ((ends < lifts.lower - AT_LIMIT) | (ends > lifts.lower + TURN * lifts.counts + AT_LIMIT))
+    leading = is_omitted[(np.abs(steps).max(axis=-1, initial=0.0) <= course.max_step) & is_omitted.any(axis=-1)]
     if not len(leading):
         return None
     joints = np.flatnonzero(leading.any(axis=0))
@@ -177,15 +179,15 @@ def _collision(facts: _Facts) -> Reason | None:
 
 
 def _limits(facts: _Facts) -> Reason | None:
-    near = facts.beyond[facts.near_beyond]
-    excess = facts.course.excess(near)
+    nearest = facts.beyond[facts.near_beyond]
+    excess = facts.course.excess(nearest)
     excess = excess[(excess > AT_LIMIT).any(axis=1)]
     if not len(excess):
         return None
-    least = excess[excess.max(axis=1).argmin()]
-    joints = _excess_in_words(facts.course, least)
+    min_excess = excess[excess.max(axis=1).argmin()]
+    joints = _excess_in_words(facts.course, min_excess)
     words = f"the path continues only beyond the limits of {joints}; within them {facts.step_in_words()}"
-    return facts.ending(PathStatus.LIMITS, words, least)
+    return facts.ending(PathStatus.LIMITS, words, min_excess)
 
 
 def _excess_in_words(course: Course, excess: Array) -> str:
@@ -206,9 +208,9 @@ def _singularity(facts: _Facts) -> Reason | None:
         _, values, Vt = np.linalg.svd(facts.jacobian(i), full_matrices=False)
         share = values[-1] / values[0]
         steps = [_first_order_step(facts, i)] + [facts.step_of(i)] * bool(facts.reached[i])
-        without = [step - (step @ Vt[-1]) * Vt[-1] for step in steps]
-        by_it = [_largest(step) > longest >= _largest(rest) for step, rest in zip(steps, without, strict=True)]
-        if share < _WEAK and any(by_it):
+        reduced = [step - (step @ Vt[-1]) * Vt[-1] for step in steps]
+        is_reason = [_largest(step) > longest >= _largest(rest) for step, rest in zip(steps, reduced, strict=True)]
+        if share < _WEAK and any(is_reason):
             words = f"the smallest singular value is {share:.2g} of the largest; {facts.step_in_words()}"
             return facts.ending(PathStatus.SINGULAR, f"{words}, but max_step is {facts.course.max_step:.3g}")
     return None

@@ -43,8 +43,8 @@ class LayerEdges:
 
     def without(self, begin: int, end: int) -> LayerEdges:
         """These edges without one of them."""
-        kept = (self.begin != begin) | (self.end != end)
-        return LayerEdges(self.begin[kept], self.end[kept], self.cost[kept], self.shift[kept], self.sources)
+        is_other = (self.begin != begin) | (self.end != end)
+        return LayerEdges(self.begin[is_other], self.end[is_other], self.cost[is_other], self.shift[is_other], self.sources)
 
 
 def edges_between(lifts: Lifts, a: Array, b: Array, longest: float, weight: float) -> LayerEdges:
@@ -97,14 +97,14 @@ def _all_steps(lifts: Lifts, a: Array, b: Array, longest: float) -> tuple[Counts
     steps, turns = lifts.steps(a[None, :], b[:, None])
     end, begin = np.nonzero(np.where(lifts.lifted, 0.0, np.abs(steps)).max(axis=-1, initial=0.0) <= longest)
     steps, turns = steps[end, begin], turns[end, begin]
-    longest = np.nextafter(TURN, 0.0) if lifts.leaves_out(longest) else longest
+    longest = np.nextafter(TURN, 0.0) if lifts.omits(longest) else longest
     for j in np.flatnonzero(lifts.lifted):
-        more = np.arange(-lifts.counts[j], lifts.counts[j] + 1)
-        short = np.abs(steps[:, j, None] + TURN * more) <= longest
-        row, which = np.nonzero(short & (np.abs(turns[:, j, None] + more) < lifts.counts[j]))
+        turns_added = np.arange(-lifts.counts[j], lifts.counts[j] + 1)
+        short = np.abs(steps[:, j, None] + TURN * turns_added) <= longest
+        row, index = np.nonzero(short & (np.abs(turns[:, j, None] + turns_added) < lifts.counts[j]))
         begin, end, steps, turns = begin[row], end[row], steps[row], turns[row]
-        steps[:, j] += TURN * more[which]
-        turns[:, j] += more[which]
+        steps[:, j] += TURN * turns_added[index]
+        turns[:, j] += turns_added[index]
     return begin, end, steps, turns
 
 
@@ -114,49 +114,49 @@ class Sweep:
 
     Attributes:
         costs: For each reached layer, the costs of the cheapest chain to each lift of each node, infinite without a chain.
-        before: For each reached layer but the first, the previous node and lift of each chain, as one number; -1 without a chain.
+        previous: For each reached layer but the first, each chain's previous node and lift, as one number; -1 without a chain.
     """
 
     costs: list[Array]
-    before: list[Counts]
+    previous: list[Counts]
 
     @property
     def n_layers(self) -> int:
         """The number of layers that a chain passes through; 0 if the first has no node within the limits."""
-        return len(self.before) + bool(np.isfinite(self.costs[-1]).any())
+        return len(self.previous) + bool(np.isfinite(self.costs[-1]).any())
 
     def chain(self) -> Counts:
         """The nodes and lifts of the cheapest chain, shape (n_layers, 2)."""
-        at = int(np.argmin(self.costs[-1]))
-        places = [at]
-        for before in reversed(self.before):
-            at = int(before.ravel()[at])
-            places.append(at)
-        return np.array([divmod(at, self.costs[-1].shape[1]) for at in reversed(places)])
+        index = int(np.argmin(self.costs[-1]))
+        places = [index]
+        for previous in reversed(self.previous):
+            index = int(previous.ravel()[index])
+            places.append(index)
+        return np.array([divmod(index, self.costs[-1].shape[1]) for index in reversed(places)])
 
-    def first(self, n_layers: int) -> Sweep:
+    def first_layers(self, n_layers: int) -> Sweep:
         """The sweep of the first layers alone."""
-        return Sweep(self.costs[:n_layers], self.before[: n_layers - 1])
+        return Sweep(self.costs[:n_layers], self.previous[: n_layers - 1])
 
 
-def _advanced(cost: Array, edges: LayerEdges, n_nodes: int) -> tuple[Array, Counts]:
+def _advance(cost: Array, edges: LayerEdges, n_nodes: int) -> tuple[Array, Counts]:
     """The minimum sums over edges at each lift of the next layer's nodes, and their sources."""
-    reached, before = np.full((n_nodes, cost.shape[1]), np.inf), np.full((n_nodes, cost.shape[1]), -1)
+    costs, previous = np.full((n_nodes, cost.shape[1]), np.inf), np.full((n_nodes, cost.shape[1]), -1)
     if len(edges.end):
-        sums, source = _through(cost, edges)
+        sums, source = _chain_costs(cost, edges)
         first = np.flatnonzero(np.r_[True, np.diff(edges.end) > 0])
         best = np.minimum.reduceat(sums, first, axis=0)
         is_best = sums == np.repeat(best, np.diff(np.r_[first, len(sums)]), axis=0)
-        reached[edges.end[first]] = best
-        before[edges.end[first]] = np.maximum.reduceat(np.where(is_best, source, -1), first, axis=0)
-    return reached, before
+        costs[edges.end[first]] = best
+        previous[edges.end[first]] = np.maximum.reduceat(np.where(is_best, source, -1), first, axis=0)
+    return costs, previous
 
 
-def _through(cost: Array, edges: LayerEdges) -> tuple[Array, Counts]:
+def _chain_costs(cost: Array, edges: LayerEdges) -> tuple[Array, Counts]:
     """The costs of chains through each edge to each lift, and their previous node and lift, (m, n_lifts)."""
-    come_from = edges.sources[edges.shift]
-    come = cost[edges.begin[:, None], come_from] + edges.cost[:, None]
-    return np.where(come_from >= 0, come, np.inf), edges.begin[:, None] * cost.shape[1] + come_from
+    source_lifts = edges.sources[edges.shift]
+    costs = cost[edges.begin[:, None], source_lifts] + edges.cost[:, None]
+    return np.where(source_lifts >= 0, costs, np.inf), edges.begin[:, None] * cost.shape[1] + source_lifts
 
 
 class Graph:
@@ -174,13 +174,13 @@ class Graph:
         self.course, self.nodes, self._costs, self._longest, self._weights = course, nodes, costs, longest, weights
         self._edges: dict[int, LayerEdges] = {}
         self.removed: set[Key] = set()
-        self.done = Sweep([costs[0][:, None] + course.beginning(nodes[0])], [])
+        self.done = Sweep([costs[0][:, None] + course.begin_costs(nodes[0])], [])
 
     def edges(self, k: int) -> LayerEdges:
         """The edges from layer k to the next, computed at their first use, without removed edges."""
         if k not in self._edges:
-            nodes, following = self.nodes[k], self.nodes[k + 1]
-            edges = edges_between(self.course.lifts, nodes, following, self._longest[k], self._weights[k])
+            nodes, next_nodes = self.nodes[k], self.nodes[k + 1]
+            edges = edges_between(self.course.lifts, nodes, next_nodes, self._longest[k], self._weights[k])
             for _, begin, end in filter(lambda key: key[0] == k, self.removed):
                 edges = edges.without(begin, end)
             self._edges[k] = edges
@@ -190,7 +190,7 @@ class Graph:
         """Append nodes (m, n_dof) to layer k; the chains to it are searched again."""
         self.nodes[k] = np.vstack([self.nodes[k], nodes])
         self._costs[k] = np.r_[self._costs[k], self.course.costs(nodes)]
-        self.done = self.done.first(k)
+        self.done = self.done.first_layers(k)
         self._edges.pop(k - 1, None)
         self._edges.pop(k, None)
 
@@ -209,7 +209,7 @@ class Graph:
             for k, begin, end in wrong:
                 self.removed.add((k, begin, end))
                 self._edges[k] = self.edges(k).without(begin, end)
-            self.done = self.done.first(min(wrong)[0] + 1)
+            self.done = self.done.first_layers(min(wrong)[0] + 1)
         raise AssertionError("the last round returns")
 
     def ends(self) -> Array:
@@ -219,29 +219,29 @@ class Graph:
             return np.empty((0, len(self.course.start)))
         node, lift = np.nonzero(np.isfinite(done.costs[-1]))
         last = self.nodes[done.n_layers - 1]
-        q = np.array([lifts.raised(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
+        q = np.array([lifts.apply(last[i], j) for i, j in zip(node.tolist(), lift.tolist(), strict=True)])
         _, first = np.unique(np.rint(q / (SAME * self.course.query.units)), axis=0, return_index=True)
         return q[np.sort(first)]
 
     def _sweep(self) -> None:
         """Search the remaining layers, up to the last one that a chain reaches."""
-        known, before = [*self.done.costs], [*self.done.before]
-        for k in range(len(known) - 1, len(self.nodes) - 1):
+        costs, previous = [*self.done.costs], [*self.done.previous]
+        for k in range(len(costs) - 1, len(self.nodes) - 1):
             if self.course.limit.is_over():
                 break
             nodes = self.nodes[k + 1]
-            reached, source = _advanced(known[k], self.edges(k), len(nodes))
+            reached, source = _advance(costs[k], self.edges(k), len(nodes))
             total = np.where(self.course.lifts.allowed(nodes), reached + self._costs[k + 1][:, None], np.inf)
             if not np.isfinite(total).any():
                 break
-            known.append(total)
-            before.append(source)
-        self.done = Sweep(known, before)
+            costs.append(total)
+            previous.append(source)
+        self.done = Sweep(costs, previous)
 
     def _path(self) -> tuple[Array, Counts]:
         """The joint path of the cheapest chain, and its nodes and lifts."""
         if not self.done.n_layers:
             return np.empty((0, len(self.course.start))), np.empty((0, 2), dtype=np.int64)
         chain = self.done.chain()
-        q = np.array([self.course.lifts.raised(self.nodes[k][node], lift) for k, (node, lift) in enumerate(chain.tolist())])
-        return self.course.on_from_start(q), chain
+        q = np.array([self.course.lifts.apply(self.nodes[k][node], lift) for k, (node, lift) in enumerate(chain.tolist())])
+        return self.course.unwrap_from_start(q), chain

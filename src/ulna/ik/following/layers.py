@@ -48,25 +48,25 @@ def along_branches(course: Course) -> PathSoFar:
     """The best chain of solutions through all poses, or the longest chain."""
     nodes, all_known = make_layers(course)
     nodes = at_both_limits(course, [with_start(course, nodes[0]), *nodes[1:]])
-    each = np.ones(len(nodes))
+    ones = np.ones(len(nodes))
     costs = split_as(nodes, course.costs(np.concatenate(nodes)))
-    graph = Graph(course, nodes, costs, course.max_step * each, course.weight * each)
-    q = _best(graph)
+    graph = Graph(course, nodes, costs, course.max_step * ones, course.weight * ones)
+    q = _best_path(graph)
     for _ in range(_MAX_ADDED):
         k = len(q)
-        added = _leading_on(graph, k)
+        added = _continuations(graph, k)
         if not len(added) or graph.done.n_layers > k or course.limit.is_over():
             break
         graph.add(k, added)
         all_known[k] = False
-        q = _best(graph)
-    following = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
-    has_all_edges = not graph.removed and not course.lifts.cut.any() and not course.lifts.leaves_out(course.max_step)
+        q = _best_path(graph)
+    next_nodes = nodes[len(q)] if len(q) < len(nodes) else np.empty((0, q.shape[1]))
+    has_all_edges = not graph.removed and not course.lifts.cut.any() and not course.lifts.omits(course.max_step)
     proved = bool(all_known[: len(q) + 1].all()) and has_all_edges
-    return PathSoFar(q, graph.ends(), following, proved=proved)
+    return PathSoFar(q, graph.ends(), next_nodes, proved=proved)
 
 
-def _leading_on(graph: Graph, k: int) -> Array:
+def _continuations(graph: Graph, k: int) -> Array:
     """New nodes of pose k within a step of the ends, by search, in their first turn, shape (m, n_dof).
 
     At the end of the arm's reach a pose may have a solution within the tolerance of the search, but no exact one.
@@ -75,17 +75,17 @@ def _leading_on(graph: Graph, k: int) -> Array:
     if not 0 < k < len(graph.nodes) or not len(ends):
         return ends[:0]
     ends = ends[:: max(1, len(ends) // _MAX_BRANCHES)]
-    q, found = course.near(np.full(len(ends), k), ends)
+    q, found = course.solutions_near(np.full(len(ends), k), ends)
     steps = course.steps_within(ends, q)
     found &= np.abs(steps).max(axis=1, initial=0.0) <= course.max_step
     found &= ~course.collide(q) & ~course.edges_collide(ends, ends + steps)
     q = _distinct(course, course.lifts.first_turn(q[found]))
-    apart = np.abs(course.lifts.steps(graph.nodes[k], q[:, None])[0]) / course.query.units
-    is_new = apart.max(axis=2).min(axis=1, initial=np.inf) > SAME
+    distances = np.abs(course.lifts.steps(graph.nodes[k], q[:, None])[0]) / course.query.units
+    is_new = distances.max(axis=2).min(axis=1, initial=np.inf) > SAME
     return at_both_limits(course, [q[is_new]])[0]
 
 
-def _best(graph: Graph) -> Array:
+def _best_path(graph: Graph) -> Array:
     """The cheapest path without colliding edges."""
 
     def colliding(q: Array, chain: NDArray[np.int64]) -> list[Key]:
@@ -105,26 +105,26 @@ def make_layers(course: Course) -> tuple[list[Array], Truths]:
     """
     form, rows, proved = course.form, None, np.zeros(len(course.targets), dtype=bool)
     if form is not None and form.is_exact and form.held_column is None:
-        rows, known = _of_closed_form(course)
+        rows, known = _layers_in_closed_form(course)
         rows, proved = (rows, known) if form.n_joints == N_AXES or all(map(len, rows)) else (None, proved)
-    rows = _searched(course) if rows is None else rows
-    return course.clear(split_as(rows, course.lifts.first_turn(np.concatenate(rows)))), proved
+    rows = _search_layers(course) if rows is None else rows
+    return course.without_collisions(split_as(rows, course.lifts.first_turn(np.concatenate(rows)))), proved
 
 
-def _of_closed_form(course: Course) -> tuple[list[Array], Truths]:
+def _layers_in_closed_form(course: Course) -> tuple[list[Array], Truths]:
     form = course.form
     if form is None:
         raise AssertionError("only arms with a closed form")
     found = all_branches(form, course.query.tree, course.targets, course.start[None].copy())
     rows, proved = [q[valid] for q, valid in zip(found.q, found.valid, strict=True)], np.isin(found.proof, _PROVED)
     rows = with_solutions_at_limits(course, rows)
-    lines = [_lines(course, rows, proved, towards) for towards in (1, -1)]
+    lines = [_continued_lines(course, rows, proved, towards) for towards in (1, -1)]
     for k in np.flatnonzero(~proved).tolist():
         rows[k] = _distinct(course, np.vstack([rows[k], *(line[k] for line in lines)]))
     return rows, proved
 
 
-def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> dict[int, Array]:
+def _continued_lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> dict[int, Array]:
     """Continuations from the neighboring pose, for each pose without a proof. Its own solutions may not fit its neighbors.
 
     If a joint may have any angle at many consecutive poses, the same lines continue through all of them. A pose's own solutions
@@ -136,36 +136,38 @@ def _lines(course: Course, rows: list[Array], proved: Truths, towards: int) -> d
             lines[k] = rows[k]
             continue
         ends = lines.get(k - towards, rows[k - towards] if 0 <= k - towards < len(rows) else rows[k][:0])
-        q, found = course.near(np.full(len(ends), k), ends)
+        q, found = course.solutions_near(np.full(len(ends), k), ends)
         lines[k] = _distinct(course, np.vstack([q[found], rows[k]]))[:_MAX_BRANCHES]
     return lines
 
 
-def _searched(course: Course) -> list[Array]:
+def _search_layers(course: Course) -> list[Array]:
     """Solutions of some poses from many starts, continued to all others."""
     n, n_dof = len(course.targets), course.query.tree.n_dof
     knots = np.unique(np.linspace(0, n - 1, min(n, _MAX_KNOTS)).round().astype(np.int64))
-    found = course.searched(knots, _STARTS)
-    at = {int(k): _distinct(course, q)[:_MAX_BRANCHES] for k, q in zip(knots, found, strict=True)}
-    rows = [[at.get(k, np.empty((0, n_dof)))] for k in range(n)]
+    found = course.search(knots, _STARTS)
+    by_knot = {int(k): _distinct(course, q)[:_MAX_BRANCHES] for k, q in zip(knots, found, strict=True)}
+    rows = [[by_knot.get(k, np.empty((0, n_dof)))] for k in range(n)]
     for towards in (1, -1):
-        _continue_all(course, knots, at, rows, towards)
+        _continue_all(course, knots, by_knot, rows, towards)
     return [_distinct(course, np.vstack(parts)) for parts in rows]
 
 
-def _continue_all(course: Course, knots: NDArray[np.int64], at: dict[int, Array], rows: list[list[Array]], towards: int) -> None:
+def _continue_all(
+    course: Course, knots: NDArray[np.int64], by_knot: dict[int, Array], rows: list[list[Array]], towards: int
+) -> None:
     """Continue the solutions of all knots at once, pose by pose, until one pose before the next knot."""
     ends = np.r_[knots[1:], len(rows)] if towards > 0 else np.r_[-1, knots[:-1]]
-    pose = np.concatenate([np.full(len(at[int(k)]), k) for k in knots])
-    last = np.concatenate([np.full(len(at[int(k)]), end) for k, end in zip(knots, ends, strict=True)])
-    q = np.concatenate([at[int(k)] for k in knots])
+    pose = np.concatenate([np.full(len(by_knot[int(k)]), k) for k in knots])
+    last = np.concatenate([np.full(len(by_knot[int(k)]), end) for k, end in zip(knots, ends, strict=True)])
+    q = np.concatenate([by_knot[int(k)] for k in knots])
     while len(pose) and not course.limit.is_over():
         pose = pose + towards
         going = pose != last
         pose, last, q = pose[going], last[going], q[going]
         if not len(pose):
             break
-        q, found = course.near(pose, q)
+        q, found = course.solutions_near(pose, q)
         pose, last, q = pose[found], last[found], q[found]
         for k in np.unique(pose):
             rows[int(k)].append(q[pose == k])
@@ -173,16 +175,16 @@ def _continue_all(course: Course, knots: NDArray[np.int64], at: dict[int, Array]
 
 def _distinct(course: Course, q: Array) -> Array:
     """Rows of q without duplicates, up to whole turns."""
-    chosen, others = _are_alone(course, q), []
+    chosen, others = _is_isolated(course, q), []
     for i in np.flatnonzero(~chosen).tolist():
-        apart = np.abs(course.lifts.steps(np.array(others).reshape(-1, q.shape[1]), q[i])[0]) / course.query.units
-        if apart.max(axis=1).min(initial=np.inf) > SAME:
+        distances = np.abs(course.lifts.steps(np.array(others).reshape(-1, q.shape[1]), q[i])[0]) / course.query.units
+        if distances.max(axis=1).min(initial=np.inf) > SAME:
             chosen[i] = True
             others.append(q[i])
     return q[chosen]
 
 
-def _are_alone(course: Course, q: Array) -> Truths:
+def _is_isolated(course: Course, q: Array) -> Truths:
     """Mask of the rows of q (m, n_dof) that differ from all others in the entry with the largest spread."""
     if not q.size:
         return np.ones(len(q), dtype=bool)
@@ -190,18 +192,18 @@ def _are_alone(course: Course, q: Array) -> Truths:
     turns = bool((course.lifts.lifted | course.lifts.free)[j])
     x = np.mod(q[:, j], TURN) if turns else q[:, j]
     order = np.argsort(x, kind="stable")
-    around = x[order[0]] + TURN - x[order[-1]] if turns else np.inf
-    apart = np.r_[around, np.diff(x[order]), around] > 2 * SAME * course.query.units[j]
-    alone = np.empty(len(q), dtype=bool)
-    alone[order] = apart[:-1] & apart[1:]
-    return alone
+    wrap_gap = x[order[0]] + TURN - x[order[-1]] if turns else np.inf
+    is_apart = np.r_[wrap_gap, np.diff(x[order]), wrap_gap] > 2 * SAME * course.query.units[j]
+    isolated = np.empty(len(q), dtype=bool)
+    isolated[order] = is_apart[:-1] & is_apart[1:]
+    return isolated
 
 
 def with_start(course: Course, q: Array) -> Array:
     """Add the solution of the first pose that the search finds from the start."""
-    own, found = course.near(np.zeros(1, dtype=np.int64), course.start[None])
-    own = course.lifts.first_turn(own[found & ~course.collide(own)])
-    return _distinct(course, np.vstack([own, q]))
+    from_start, found = course.solutions_near(np.zeros(1, dtype=np.int64), course.start[None])
+    from_start = course.lifts.first_turn(from_start[found & ~course.collide(from_start)])
+    return _distinct(course, np.vstack([from_start, q]))
 
 
 def at_both_limits(course: Course, nodes: list[Array]) -> list[Array]:
@@ -228,9 +230,9 @@ def with_solutions_at_limits(course: Course, rows: list[Array]) -> list[Array]:
                 continue
             beyond = outwards * (q[:, j] - limit)
             beyond -= TURN * np.rint(beyond / TURN)
-            some = np.flatnonzero((beyond > AT_LIMIT) & (beyond <= HARDLY_BEYOND))
-            put, reached = _solved_at(course, pose[some], q[some], j, limit)
-            q, pose = np.vstack([q, put[reached]]), np.r_[pose, pose[some[reached]]]
+            indices = np.flatnonzero((beyond > AT_LIMIT) & (beyond <= HARDLY_BEYOND))
+            at_limit, reached = _solved_at(course, pose[indices], q[indices], j, limit)
+            q, pose = np.vstack([q, at_limit[reached]]), np.r_[pose, pose[indices[reached]]]
     order = np.argsort(pose, kind="stable")
     return np.split(q[order], np.searchsorted(pose[order], np.arange(1, len(rows))))
 

@@ -47,7 +47,7 @@ class Lifts:
     _known: dict[int, Counts] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], start: Array, *, one_sided: bool) -> Lifts:
+    def make(cls, lower: Array, upper: Array, turning: NDArray[np.bool_], start: Array, *, one_sided: bool) -> Lifts:
         """The lifts of joints with these limits.
 
         Args:
@@ -62,12 +62,12 @@ class Lifts:
         with np.errstate(invalid="ignore"):
             lifted = turning & ~free & (upper - lower >= TURN - AT_LIMIT)
             counts = np.where(lifted, np.ceil((upper - lower - AT_LIMIT) / TURN), 1.0)
-            searched = _searched(counts)
-            about = np.minimum(start - TURN * searched / 2, upper - TURN * searched)
-            low = np.where(counts > searched, np.maximum(lower, about), lower)
-            whole = np.abs(upper - low - TURN * np.rint((upper - low) / TURN)) <= AT_LIMIT
+            searched = _n_searched(counts)
+            first_turns = np.minimum(start - TURN * searched / 2, upper - TURN * searched)
+            first_limits = np.where(counts > searched, np.maximum(lower, first_turns), lower)
+            is_whole = np.abs(upper - first_limits - TURN * np.rint((upper - first_limits) / TURN)) <= AT_LIMIT
         table = np.array(list(product(*map(range, searched))), dtype=np.int64)
-        return cls(low, upper, lifted, free, lifted & whole, table.reshape(-1, len(lower)), counts > searched)
+        return cls(first_limits, upper, lifted, free, lifted & is_whole, table.reshape(-1, len(lower)), counts > searched)
 
     def first_turn(self, q: Array) -> Array:
         """q (..., n_dof) with each lifted entry in its first turn."""
@@ -77,22 +77,22 @@ class Lifts:
 
     def at_both_limits(self, q: Array) -> Array:
         """Rows of q (m, n_dof) in their first turn; those at a limit also at the other, shape (k, n_dof)."""
-        last = self.upper - TURN * (self.counts - 1)  # the upper limit, in the first turn
+        upper_in_first_turn = self.upper - TURN * (self.counts - 1)  # the upper limit, in the first turn
         for j in np.flatnonzero(self.closed):
-            again = q[q[:, j] <= self.lower[j] + AT_LIMIT]
-            again[:, j] = np.minimum(again[:, j] + TURN, last[j])
-            q = np.vstack([q, again])
+            copies = q[q[:, j] <= self.lower[j] + AT_LIMIT]
+            copies[:, j] = np.minimum(copies[:, j] + TURN, upper_in_first_turn[j])
+            q = np.vstack([q, copies])
         return q
 
     def allowed(self, q: Array) -> NDArray[np.bool_]:
         """Mask of the lifts of q (m, n_dof), in its first turn, within the limits, shape (m, n_lifts)."""
-        most = np.where(self.lifted, np.floor((self.upper + AT_LIMIT - q) / TURN), np.inf)
-        return np.all(self.table <= most[:, None], axis=-1)
+        max_turns = np.where(self.lifted, np.floor((self.upper + AT_LIMIT - q) / TURN), np.inf)
+        return np.all(self.table <= max_turns[:, None], axis=-1)
 
-    def raised(self, q: Array, lift: int) -> Array:
+    def apply(self, q: Array, lift: int) -> Array:
         """q (n_dof,) with the turns of a lift."""
-        turned = q + TURN * self.table[lift]
-        return np.where(self.lifted, np.minimum(turned, self.upper), q)
+        raised = q + TURN * self.table[lift]
+        return np.where(self.lifted, np.minimum(raised, self.upper), q)
 
     def steps(self, a: Array, b: Array) -> tuple[Array, Counts]:
         """b - a by entry, up to whole turns, and the turns added to b; shapes (..., n_dof)."""
@@ -102,9 +102,9 @@ class Lifts:
 
     def nearest(self, q: Array, goal: Array) -> Array:
         """q (..., n_dof) with the turns within the limits that bring it nearest to a goal (n_dof,)."""
-        near = q - TURN * np.rint((q - goal) / TURN)
-        inside = (near >= self.lower - AT_LIMIT) & (near <= self.upper + AT_LIMIT)
-        return np.where(self.free | (self.lifted & inside), near, q)
+        nearest = q - TURN * np.rint((q - goal) / TURN)
+        inside = (nearest >= self.lower - AT_LIMIT) & (nearest <= self.upper + AT_LIMIT)
+        return np.where(self.free | (self.lifted & inside), nearest, q)
 
     def unwrapped(self, q: Array) -> Array:
         """A path (n, n_dof) with turns added to free entries so that no step exceeds half a turn."""
@@ -125,7 +125,7 @@ class Lifts:
             self._known[code] = np.where(inside, place, -1)
         return self._known[code]
 
-    def leaves_out(self, longest: float) -> bool:
+    def omits(self, longest: float) -> bool:
         """Whether steps of a whole turn and more, up to ``longest``, are left out because there are too many."""
         return longest >= TURN and int(np.prod((2 * self.counts - 1) * self.counts)) > _MAX_SHIFTS
 
@@ -141,7 +141,7 @@ class Lifts:
         return np.cumprod(np.r_[1, bases[:-1]])
 
 
-def _searched(counts: Array) -> Counts:
+def _n_searched(counts: Array) -> Counts:
     """The number of turns of each entry to search: all, within bounds for unlimited joints and for all lifts."""
     searched = np.where(np.isfinite(counts), np.minimum(counts, _MAX_LIFTS), _MIN_TURNS).astype(np.int64)
     while float(np.prod(searched, dtype=np.float64)) > _MAX_LIFTS and searched.max() > _MIN_TURNS:

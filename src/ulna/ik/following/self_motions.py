@@ -6,9 +6,9 @@
 3. Each edge of that chain is filled. Guesses on the straight line between its nodes are brought to the poses by the search,
    within the limits. If a pose is not reached, a step is too long or something collides, the edge is removed, and step 2 is
    repeated.
-4. If no chain is left, the longest is continued pose by pose (``_continued``). If that ends too, more samples and more knots are
+4. If no chain is left, the longest is continued pose by pose (``_continue``). If that ends too, more samples and more knots are
    taken. A path between the samples may still be missed.
-5. The path is smoothed (``_smoothed``).
+5. The path is smoothed (``_smooth``).
 """
 
 from typing import NamedTuple
@@ -31,14 +31,14 @@ class _Density(NamedTuple):
     Attributes:
         samples: Positions of the held joint.
         starts: Random starts of the search.
-        apart: Nodes of a knot nearer than about this count as one [rad or m].
+        min_distance: Nodes of a knot nearer than about this count as one [rad or m].
         length: The path's length between knots [units of the arm and rad].
         knots: The maximum number of knots.
     """
 
     samples: int
     starts: int
-    apart: float
+    min_distance: float
     length: float
     knots: int
 
@@ -57,9 +57,9 @@ def along_self_motions(course: Course) -> PathSoFar:
     ends = best
     for density in _ATTEMPTS:
         knots = _knots(course, density)
-        q, last = _continued(course, _path(course, knots, _nodes(course, knots, density)))
+        q, last = _continue(course, _path(course, knots, _nodes(course, knots, density)))
         if len(q) == len(course.targets):
-            return PathSoFar(_smoothed(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
+            return PathSoFar(_smooth(course, q, int(np.diff(knots).max(initial=1))), last, best[:0], proved=False)
         if len(q) > len(best):
             best, ends = q, last
         if course.limit.is_over():
@@ -72,19 +72,19 @@ def _knots(course: Course, density: _Density) -> Counts:
     T = course.targets
     moved = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1) / course.query.unit
     turned = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2.0)  # 2 sin(angle / 2)
-    way = np.cumsum(np.r_[0.0, moved + turned])
-    count = int(np.clip(np.ceil(way[-1] / density.length), _MIN_KNOTS, density.knots)) + 1
-    return np.unique(np.r_[np.searchsorted(way, np.linspace(0.0, way[-1], count)), 0, len(T) - 1])
+    length = np.cumsum(np.r_[0.0, moved + turned])
+    count = int(np.clip(np.ceil(length[-1] / density.length), _MIN_KNOTS, density.knots)) + 1
+    return np.unique(np.r_[np.searchsorted(length, np.linspace(0.0, length[-1], count)), 0, len(T) - 1])
 
 
 def _nodes(course: Course, knots: Counts, density: _Density) -> list[Array]:
     """Solutions of every knot that are clear of the world, in their first turn, thinned."""
-    sources = [course.searched(knots, density.starts)]
+    sources = [course.search(knots, density.starts)]
     if course.form is not None and not course.limit.is_over():
         sources.append(_sampled(course, knots, density.samples))
-    rows = [_thinned(course.lifts.first_turn(np.concatenate(parts)), density.apart) for parts in zip(*sources, strict=True)]
+    rows = [_thin(course.lifts.first_turn(np.concatenate(parts)), density.min_distance) for parts in zip(*sources, strict=True)]
     rows[0] = with_start(course, rows[0])
-    return at_both_limits(course, course.clear(rows))
+    return at_both_limits(course, course.without_collisions(rows))
 
 
 def _sampled(course: Course, knots: Counts, n_samples: int) -> list[Array]:
@@ -96,9 +96,9 @@ def _sampled(course: Course, knots: Counts, n_samples: int) -> list[Array]:
     return [q[valid] for q, valid in zip(found.q, found.valid, strict=True)]
 
 
-def _thinned(q: Array, apart: float) -> Array:
+def _thin(q: Array, min_distance: float) -> Array:
     """The first row of q (m, n_dof) in each cell of a grid."""
-    _, first = np.unique(np.rint(q / apart), axis=0, return_index=True)
+    _, first = np.unique(np.rint(q / min_distance), axis=0, return_index=True)
     return q[np.sort(first)]
 
 
@@ -108,12 +108,12 @@ def _path(course: Course, knots: Counts, nodes: list[Array]) -> Array:
     longest = np.minimum(course.max_step * gaps, _NEAR)
     costs = [course.costs(q) * gap for q, gap in zip(nodes, np.r_[gaps, 1.0], strict=True)]
     graph = Graph(course, nodes, costs, longest, course.weight / gaps)
-    filled = _Filled(graph, knots)
-    q, chain, _ = graph.best(filled.wrong_edges, _MAX_ROUNDS)
-    return filled.whole(q, chain)
+    filler = _EdgeFiller(graph, knots)
+    q, chain, _ = graph.best(filler.wrong_edges, _MAX_ROUNDS)
+    return filler.path_along(q, chain)
 
 
-class _Filled:
+class _EdgeFiller:
     """The poses between knots, on the edges that were tried; each edge is tried once."""
 
     def __init__(self, graph: Graph, knots: Counts) -> None:
@@ -130,11 +130,11 @@ class _Filled:
         wrong = [k for k, key in enumerate(keys) if self._known[key] is None]
         if self._course.limit.is_over():
             return [keys[k] for k in wrong]
-        beside = [edge for k in wrong for edge in self._beside(k, q[k])]
-        self._try(beside)
-        return [keys[k] for k in wrong] + [key for key, *_ in beside if self._known[key] is None]
+        neighbors = [edge for k in wrong for edge in self._neighboring_edges(k, q[k])]
+        self._try(neighbors)
+        return [keys[k] for k in wrong] + [key for key, *_ in neighbors if self._known[key] is None]
 
-    def _beside(self, k: int, q: Array) -> list[tuple[Key, Array, Array]]:
+    def _neighboring_edges(self, k: int, q: Array) -> list[tuple[Key, Array, Array]]:
         """The cheapest edges from layer k that stay within the limits with the turns nearest to a configuration q (n_dof,)."""
         edges, lifts, tree = self._graph.edges(k), self._course.lifts, self._course.query.tree
         cheapest = np.argsort(edges.cost, kind="stable")[:_MAX_BESIDE]
@@ -144,7 +144,7 @@ class _Filled:
         good = np.flatnonzero(((b >= tree.lower) & (b <= tree.upper)).all(axis=1))
         return [((k, int(begin[i]), int(end[i])), a[i], b[i]) for i in good]
 
-    def whole(self, q: Array, chain: Counts) -> Array:
+    def path_along(self, q: Array, chain: Counts) -> Array:
         """The path along a chain with all of its poses, up to its last knot or first wrong edge."""
         rows = [q[:1]]
         for k, key in enumerate(self._keys(chain)):
@@ -168,7 +168,7 @@ class _Filled:
         course, knots = self._course, self._knots
         order = np.concatenate([np.arange(knots[k] + 1, knots[k + 1]) for (k, *_), _, _ in new])
         guesses = np.concatenate([_straight(a, b, int(knots[k + 1] - knots[k])) for (k, *_), a, b in new])
-        between, found = course.near(order, guesses)
+        between, found = course.solutions_near(order, guesses)
         found &= ~course.collide(between)
         ends = np.cumsum([knots[k + 1] - knots[k] - 1 for (k, *_), _, _ in new])[:-1]
         for (key, a, b), rows, good in zip(new, np.split(between, ends), np.split(found, ends), strict=True):
@@ -187,7 +187,7 @@ def _straight(a: Array, b: Array, n: int) -> Array:
     return a + share * (b - a)
 
 
-def _continued(course: Course, q: Array) -> tuple[Array, Array]:
+def _continue(course: Course, q: Array) -> tuple[Array, Array]:
     """Continue a path (k, n_dof) pose by pose as far as possible; and all known ends, shape (m, n_dof).
 
     Each pose has a set of configurations in which a path ends. Guesses are these, and points at random distances from them,
@@ -206,15 +206,15 @@ def _continued(course: Course, q: Array) -> tuple[Array, Array]:
             break
         sets.append(following)
         parents.append(come_from)
-    return np.vstack([q, _back(sets, parents)]), sets[-1]
+    return np.vstack([q, _trace_back(sets, parents)]), sets[-1]
 
 
 def _next(course: Course, k: int, ends: Array, rng: np.random.Generator) -> tuple[Array, Counts]:
     """Configurations of pose k, shape (m, n_dof), and the end that each comes from, shape (m,)."""
     parent = np.tile(np.arange(len(ends)), _GUESSES)
-    away = rng.normal(size=(len(parent), ends.shape[1])) * course.max_step * rng.random((len(parent), 1))
-    away[: len(ends)] = 0.0
-    q, good = course.near(np.full(len(parent), k), ends[parent] + away)
+    offsets = rng.normal(size=(len(parent), ends.shape[1])) * course.max_step * rng.random((len(parent), 1))
+    offsets[: len(ends)] = 0.0
+    q, good = course.solutions_near(np.full(len(parent), k), ends[parent] + offsets)
     good &= np.abs(q - ends[parent]).max(axis=1) <= course.max_step
     good &= ~course.collide(q)
     q, parent = q[good], parent[good]
@@ -226,16 +226,16 @@ def _next(course: Course, k: int, ends: Array, rng: np.random.Generator) -> tupl
     return q[first], parent[first]
 
 
-def _back(sets: list[Array], parents: list[Counts]) -> Array:
+def _trace_back(sets: list[Array], parents: list[Counts]) -> Array:
     """The path through the sets, without the first one, to the first configuration of the last."""
-    at, rows = 0, []
+    index, rows = 0, []
     for q, parent in zip(sets[:0:-1], parents[:0:-1], strict=True):
-        rows.append(q[at])
-        at = int(parent[at])
+        rows.append(q[index])
+        index = int(parent[index])
     return np.array(rows[::-1]).reshape(-1, sets[0].shape[1])
 
 
-def _smoothed(course: Course, q: Array, width: int) -> Array:
+def _smooth(course: Course, q: Array, width: int) -> Array:
     """Smooth a path (n, n_dof) through the same poses, so that its cost does not increase.
 
     Guesses are the means over up to 2 ``width`` + 1 poses, brought to the poses by the search. A round is undone, and the width
@@ -244,7 +244,7 @@ def _smoothed(course: Course, q: Array, width: int) -> Array:
     for _ in range(_ROUNDS):
         if course.limit.is_over():
             break
-        better = _once(course, q, width)
+        better = _smooth_once(course, q, width)
         if better is not None:
             q = better
         elif width > 1:
@@ -254,14 +254,18 @@ def _smoothed(course: Course, q: Array, width: int) -> Array:
     return q
 
 
-def _once(course: Course, q: Array, width: int) -> Array | None:
+def _smooth_once(course: Course, q: Array, width: int) -> Array | None:
     guesses = _means(q, width)
     if course.started:
         guesses[0] = q[0]
-    moved, found = course.near(np.arange(len(q)), guesses)
-    if not found.all() or _length(course, moved) >= _length(course, q) or np.abs(np.diff(moved, axis=0)).max() > course.max_step:
+    smoothed, found = course.solutions_near(np.arange(len(q)), guesses)
+    if (
+        not found.all()
+        or _length(course, smoothed) >= _length(course, q)
+        or np.abs(np.diff(smoothed, axis=0)).max() > course.max_step
+    ):
         return None
-    return None if course.collide(moved).any() or course.edges_collide(moved[:-1], moved[1:]).any() else moved
+    return None if course.collide(smoothed).any() or course.edges_collide(smoothed[:-1], smoothed[1:]).any() else smoothed
 
 
 def _length(course: Course, q: Array) -> float:

@@ -37,11 +37,11 @@ def searched_solutions(query: Query, T: Array, seed: Array, n_spread: int) -> Ar
     caller's tolerance applies only if no solution is so exact, as at the border of the reach.
     """
     problem = make_problem(query, T, seed)
-    wide = problem.settings[0]
+    tolerances = problem.settings[0]
     exact = replaced(
         problem.settings,
-        position_tolerance=min(wide.position_tolerance, EXACT * query.unit),
-        rotation_tolerance=min(wide.rotation_tolerance, EXACT),
+        position_tolerance=min(tolerances.position_tolerance, EXACT * query.unit),
+        rotation_tolerance=min(tolerances.rotation_tolerance, EXACT),
     )
     found = _branches(replace(problem, settings=exact), n_spread)
     if not len(found):
@@ -51,16 +51,16 @@ def searched_solutions(query: Query, T: Array, seed: Array, n_spread: int) -> Ar
 
 def _branches(problem: Problem, n_spread: int) -> Array:
     found = np.empty((0, problem.query.tree.n_dof))
-    free, clamped = _let_free(problem), problem
+    free, clamped = _without_turn_limits(problem), problem
     first, count = 0, _FIRST
     while first < _MAX_STARTS:
-        before = len(found)
+        n_before = len(found)
         for part, start in ((free, first), (clamped, first + count // 2)):
             found = _merge(problem, found, _solutions(part, Restart(start, count // 2, 3 * STEPS)))
         if _is_continuum(problem, found):
-            found = _spread(problem, found, n_spread)
+            found = _choose_spread(problem, found, n_spread)
             break
-        if first and len(found) == before:
+        if first and len(found) == n_before:
             break
         first, count = first + count, first + count
     return _nearest_first(problem, found)
@@ -73,17 +73,17 @@ def _nearest_first(problem: Problem, found: Array) -> Array:
 def _at_limits(problem: Problem, n_spread: int) -> Array:
     """The solutions found from configurations with joints at their limits only."""
     starts = limit_starts(problem, np.zeros(1, dtype=np.int64), _MAX_AT_LIMITS)[0]
-    each = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
-    q, info = run_starts(each, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
+    problems = replace(problem, seeds=starts, targets=np.repeat(problem.targets, len(starts), axis=0))
+    q, info = run_starts(problems, np.arange(len(starts)), Restart(0, 1, 3 * STEPS, from_seed=True))
     found = _merge(problem, np.empty((0, q.shape[-1])), q[info["status"] == layout.SOLVED])
-    found = _spread(problem, found, n_spread) if _is_continuum(problem, found) else found
+    found = _choose_spread(problem, found, n_spread) if _is_continuum(problem, found) else found
     return _nearest_first(problem, found)
 
 
 def _solutions(problem: Problem, part: Restart) -> Array:
     """The solutions within the limits from the starts of a round."""
     q, info = run_starts(problem, np.zeros(1, dtype=np.int64), part)
-    q = _turned_within_limits(problem, q[0, info["status"][0] == layout.SOLVED])
+    q = _turn_within_limits(problem, q[0, info["status"][0] == layout.SOLVED])
     tree = problem.query.tree
     return q[((q >= tree.lower) & (q <= tree.upper)).all(axis=1)]
 
@@ -94,7 +94,7 @@ def _whole_turns(problem: Problem) -> NDArray[np.bool_]:
     return turning_columns(problem.chain, tree.n_dof) & (tree.upper - tree.lower >= 2 * np.pi)
 
 
-def _let_free(problem: Problem) -> Problem:
+def _without_turn_limits(problem: Problem) -> Problem:
     turning = _whole_turns(problem)
     bounds = problem.query.limits.copy()
     middle = (bounds[0, 2] + bounds[0, 3]) / 2
@@ -103,7 +103,7 @@ def _let_free(problem: Problem) -> Problem:
     return replace(problem, bounds=bounds)
 
 
-def _turned_within_limits(problem: Problem, q: Array) -> Array:
+def _turn_within_limits(problem: Problem, q: Array) -> Array:
     """q with whole turns added: within the limits, and as near to the seed as possible."""
     tree = problem.query.tree
     return nearest_turns(q, problem.seeds[0], tree.lower, tree.upper, _whole_turns(problem))
@@ -150,7 +150,7 @@ def _task_jacobian(problem: Problem, q: Array) -> Array:
     return rows[..., np.asarray(query.options.task.slack) == 0.0, :]
 
 
-def _spread(problem: Problem, found: Array, n: int) -> Array:
+def _choose_spread(problem: Problem, found: Array, n: int) -> Array:
     """n of the configurations, the first nearest to the seed, each next one farthest from all before."""
     if not len(found):
         return found

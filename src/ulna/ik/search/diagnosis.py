@@ -46,10 +46,11 @@ def reach_in_words(problem: Problem, i: int) -> str:
     reach, whole_pose = problem.query.reach, problem.query.options.task.kind == layout.WHOLE_POSE
     if reach is None:
         return ""
-    distance, least, most = reach.distance(_link_targets(problem, [i]), position_only=not whole_pose)
+    distance, min_distance, max_distance = reach.distance(_link_targets(problem, [i]), position_only=not whole_pose)
     what = "the last axis" if whole_pose else "the link"
-    hint = millimeters_in_words(float(distance[0]), float(most))
-    return f"{what} would be {distance[0]:.4g} m{hint} from the first axis, but the arm spans {least:.4g} to {most:.4g} m"
+    hint = millimeters_in_words(float(distance[0]), float(max_distance))
+    span = f"{min_distance:.4g} to {max_distance:.4g} m"
+    return f"{what} would be {distance[0]:.4g} m{hint} from the first axis, but the arm spans {span}"
 
 
 def _link_targets(problem: Problem, order: NDArray[np.int64] | list[int]) -> Array:
@@ -64,29 +65,29 @@ def explain_open(search: PoseSearch, *, out_of_time: bool) -> None:
     """Set the status of every unsolved target, or the solution that the search for a reason finds."""
     problem, options = search.problem, search.problem.query.options
     close_unreachable(search)
-    open_ = _close_collided(search)
+    unexplained = _close_collided(search)
     if out_of_time or options.budget < DEFAULT_BUDGET:
-        _set(search, open_, Status.BUDGET_SPENT)
+        _set(search, unexplained, Status.BUDGET_SPENT)
         return
-    if len(open_) and problem.is_narrowed:
+    if len(unexplained) and problem.is_narrowed:
         narrowed = Status.HELD_JOINTS if options.max_step is None else Status.BEYOND_MAX_STEP
-        open_ = _search_beyond(search, open_, problem.query.limits, narrowed)
-    if len(open_):
-        open_ = _search_beyond(search, open_, _without_limits(problem), Status.JOINT_LIMITS)
-    for i in open_:
+        unexplained = _search_beyond(search, unexplained, problem.query.limits, narrowed)
+    if len(unexplained):
+        unexplained = _search_beyond(search, unexplained, _without_limits(problem), Status.JOINT_LIMITS)
+    for i in unexplained:
         if _is_singular(problem, i, search.q[i], search.info[i]):
             _set(search, np.array([i]), Status.SINGULAR)
 
 
 def _close_collided(search: PoseSearch) -> NDArray[np.int64]:
     """Close the targets whose solutions all collide. Returns the indices of the others."""
-    open_ = np.flatnonzero(search.open)
-    collided = np.isin(open_, list(search.rejected))
-    for i in open_[collided]:
+    targets = np.flatnonzero(search.open)
+    collided = np.isin(targets, list(search.rejected))
+    for i in targets[collided]:
         search.q[i], search.info[i] = search.rejected[int(i)]
-    _set(search, open_[collided], Status.IN_COLLISION)
-    search.open[open_[collided]] = False
-    return open_[~collided]
+    _set(search, targets[collided], Status.IN_COLLISION)
+    search.open[targets[collided]] = False
+    return targets[~collided]
 
 
 def _set(search: PoseSearch, targets: NDArray[np.int64], status: Status) -> None:
@@ -101,19 +102,21 @@ def _search_beyond(search: PoseSearch, order: NDArray[np.int64], bounds: Array, 
     """
     problem = replace(search.problem, bounds=bounds)
     q, info = run_starts(problem, order, Restart(0, _STARTS, 3 * STEPS, from_seed=True))
-    own = rows_for(search.problem.bounds, order)[:, None]
+    own_bounds = rows_for(search.problem.bounds, order)[:, None]
     if status == Status.JOINT_LIMITS:
-        q = turn_towards_middle(q, own[:, :, 0], own[:, :, 1], turning_columns(problem.chain, problem.query.tree.n_dof))
-    excess = excess_of(q, own[:, :, 0], own[:, :, 1])
+        q = turn_towards_middle(
+            q, own_bounds[:, :, 0], own_bounds[:, :, 1], turning_columns(problem.chain, problem.query.tree.n_dof)
+        )
+    excess = excess_of(q, own_bounds[:, :, 0], own_bounds[:, :, 1])
     cost = np.where(info["status"] == layout.SOLVED, excess.max(axis=-1), np.inf)
     solved = np.isfinite(cost.min(axis=1))
     if solved.any():
         search.run_from(order[solved], q[solved], STEPS)
         _close_collided(search)
-    beyond = solved & (cost.min(axis=1) > 0.0)
+    is_beyond = solved & (cost.min(axis=1) > 0.0)
     if status == Status.JOINT_LIMITS:
-        _search_at_limits(search, order[beyond & search.open[order]])
-    for row in np.flatnonzero(search.open[order] & beyond):
+        _search_at_limits(search, order[is_beyond & search.open[order]])
+    for row in np.flatnonzero(search.open[order] & is_beyond):
         search.limit_excess[int(order[row])] = excess[row, cost[row].argmin()]
         _set(search, order[row : row + 1], status)
         search.open[order[row]] = False
@@ -146,18 +149,18 @@ def _without_limits(problem: Problem) -> Array:
 def settle_open(search: PoseSearch, *, out_of_time: bool) -> None:
     """Let the best configurations of unsolved targets converge to the nearest reachable pose."""
     problem = search.problem
-    rest = np.flatnonzero((search.info["status"] != layout.SOLVED) & (search.info["status"] != layout.NOT_A_POSE))
-    if out_of_time or problem.query.options.budget < DEFAULT_BUDGET or not len(rest):
+    unsolved = np.flatnonzero((search.info["status"] != layout.SOLVED) & (search.info["status"] != layout.NOT_A_POSE))
+    if out_of_time or problem.query.options.budget < DEFAULT_BUDGET or not len(unsolved):
         return
-    part = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True)
-    before, with_posture = search.info[rest], search.with_posture[rest]
-    q, info = run_starts(replace(problem, seeds=search.q), rest, part)
+    round_ = Restart(0, _SETTLED, _SETTLING_STEPS, from_seed=True, calm=True)
+    before, with_posture = search.info[unsolved], search.with_posture[unsolved]
+    q, info = run_starts(replace(problem, seeds=search.q), unsolved, round_)
     for name in ("start", "iterations"):  # values of the search: the steps that follow do not count
         info[name] = before[name][:, None]
-    search.keep(rest, q, info, part)
-    search.with_posture[rest] = with_posture
-    unsolved = search.info["status"][rest] != layout.SOLVED
-    search.info["status"][rest[unsolved]] = before["status"][unsolved]
+    search.keep(unsolved, q, info, round_)
+    search.with_posture[unsolved] = with_posture
+    is_unsolved = search.info["status"][unsolved] != layout.SOLVED
+    search.info["status"][unsolved[is_unsolved]] = before["status"][is_unsolved]
 
 
 def _is_singular(problem: Problem, i: int, q: Array, info: Any) -> bool:

@@ -82,7 +82,7 @@ class NumericSolver:
         self._query, self.home, self.tables = query, query.home.copy(), ()
         self._tolerances = query.options.tolerances
         self._from_home = self._from_seed = None
-        if _is_usual(query):
+        if _fits_one_call(query):
             settings, run = replaced(query.settings, first_wins=layout.ANY), multi_start.search_one
             starts = unit_samples(query.tree, query.link, query.options.seed, 0, _MAX_STARTS, from_seed=True)
             plan = np.concatenate([query.limits.ravel(), query.home, starts.ravel()])
@@ -126,7 +126,7 @@ class NumericSolver:
         return result_of(search, collisions, trace_of(search))
 
 
-def _is_usual(query: Query) -> bool:
+def _fits_one_call(query: Query) -> bool:
     """Whether one call of the kernels covers the options for one target, and the arm is measured in meters."""
     options = query.options
     return (
@@ -142,7 +142,7 @@ def _is_usual(query: Query) -> bool:
 
 def nearest_poses(problem: Problem) -> PoseSearch:
     """The nearest configurations to targets without a solution within the limits; targets out of reach are marked."""
-    search = PoseSearch.of(problem, None)
+    search = PoseSearch.start(problem, None)
     search.run(Restart(0, _MAX_STARTS, STEPS, from_seed=True))
     close_unreachable(search)
     settle_open(search, out_of_time=False)
@@ -153,7 +153,7 @@ def searched(problem: Problem, collisions: CollisionFilter | None) -> PoseSearch
     """Search with restarts; then, for unsolved targets, find the best reachable pose and the reason."""
     rank = problem.query.options.rank
     cost, count = cost_of(problem, collisions), _FEW if rank is None and collisions is None else _MANY
-    search = PoseSearch.of(problem, cost)
+    search = PoseSearch.start(problem, cost)
     out_of_time = search_with_restarts(search, count, close_unreachable, seed_alone=rank is None)
     if not (search.info["status"] == layout.SOLVED).all():
         settle_open(search, out_of_time=out_of_time)
@@ -193,13 +193,13 @@ def _convergence(problem: Problem, info: Any, origin: Array | None = None, *, wi
     """
     start, steps = int(info.start), int(info.iterations)
     q = _start(problem, start) if origin is None else origin
-    rows, alone = [], np.zeros(1, dtype=np.int64)
+    rows, first_target = [], np.zeros(1, dtype=np.int64)
     for k in range(steps + 1):
-        _, (before,) = run_from_each(problem, alone, q[None], 0, with_posture=with_posture)
-        (after,), _ = run_from_each(problem, alone, q[None], 1, with_posture=with_posture)
-        step = np.abs(after - q).max() if k < steps else 0.0
-        rows.append([before.position_error, before.rotation_error, step, before.damping])
-        q = after
+        _, (at_q,) = run_from_each(problem, first_target, q[None], 0, with_posture=with_posture)
+        (q_after,), _ = run_from_each(problem, first_target, q[None], 1, with_posture=with_posture)
+        step = np.abs(q_after - q).max() if k < steps else 0.0
+        rows.append([at_q.position_error, at_q.rotation_error, step, at_q.damping])
+        q = q_after
     table = np.array(rows)
     table[1:, 2], table[0, 2] = table[:-1, 2].copy(), 0.0
     return table

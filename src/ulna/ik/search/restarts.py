@@ -91,7 +91,7 @@ class PoseSearch:
     limit_excess: dict[int, Array] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, problem: Problem, cost: Cost | None) -> "PoseSearch":
+    def start(cls, problem: Problem, cost: Cost | None) -> "PoseSearch":
         """A search before its first round."""
         n, n_dof = len(problem.targets), problem.query.tree.n_dof
         info = np.zeros(n, SearchResult.structure)
@@ -112,7 +112,7 @@ class PoseSearch:
         target a result is kept if its cost is lower.
         """
         m, k, n_dof = origins.shape
-        each = self.problem.some(np.repeat(order, k))
+        each = self.problem.subset(np.repeat(order, k))
         seeds = np.clip(origins.reshape(-1, n_dof), each.bounds[:, 0], each.bounds[:, 1])
         part = Restart(0, 1, steps, from_seed=True)
         q, info = run_starts(replace(each, seeds=seeds), np.arange(m * k), part)
@@ -134,13 +134,13 @@ class PoseSearch:
         info["status"][~accepted & (info["status"] == layout.SOLVED)] = layout.NOT_FOUND
         info["start"] += part.first + (not part.from_seed)
         was_solved = self.info["status"][order] == layout.SOLVED
-        better = accepted | (~was_solved & ~(info["missed"] >= self.info["missed"][order]))
-        self.q[order[better]], self.info[order[better]] = q[better], info[better]
-        self.with_posture[order[better]] = part.with_posture
+        is_better = accepted | (~was_solved & ~(info["missed"] >= self.info["missed"][order]))
+        self.q[order[is_better]], self.info[order[is_better]] = q[is_better], info[is_better]
+        self.with_posture[order[is_better]] = part.with_posture
         self.open[order[accepted | (info["status"] == layout.NOT_A_POSE)]] = False
         return accepted
 
-    def put(self, order: NDArray[np.int64], other: "PoseSearch") -> None:
+    def copy_results(self, order: NDArray[np.int64], other: "PoseSearch") -> None:
         """Write the results of another search, for some of the targets (m,)."""
         self.q[order], self.info[order], self.with_posture[order] = other.q, other.info, other.with_posture
         for name in ("origins", "reach_excess", "limit_excess"):
@@ -214,7 +214,7 @@ def run_from_each(
 
     Without steps the information is that of q itself.
     """
-    each = replace(problem.some(order), seeds=np.ascontiguousarray(q), nearest_to=None)
+    each = replace(problem.subset(order), seeds=np.ascontiguousarray(q), nearest_to=None)
     part = Restart(0, 1, steps, from_seed=True, with_posture=with_posture)
     q, info = run_starts(each, np.arange(len(order)), part)
     return q[:, 0], info[:, 0]

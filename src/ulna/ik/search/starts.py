@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.ik.closed_form.branches import at_places
+from ulna.ik.closed_form.branches import branches_at
 from ulna.ik.closed_form.closed_form import closed_form_of, held_range
 from ulna.ik.problem import Problem, rows_for
 from ulna.ik.search.ranking import Cost
@@ -51,27 +51,27 @@ def closed_form_starts(
     repeated. Branches of an exact form are already solutions.
     """
     query, tree = problem.query, problem.query.tree
-    task, none = query.options.task, (order[:0], np.empty((0, _STARTS, tree.n_dof)))
+    task, empty = query.options.task, (order[:0], np.empty((0, _STARTS, tree.n_dof)))
     form = closed_form_of(tree, query.link, task=task) if task.kind == WHOLE_POSE and len(order) else None
     if form is None or form.held_column is None:
-        return none
+        return empty
     seeds = rows_for(problem.seeds, order)
     bounds = rows_for(problem.bounds, order)
     low, high = held_range(tree, form.held_column)
     spread = low + (np.arange(_PLACES - 1) + 0.5) / (_PLACES - 1) * (high - low)
     places = np.column_stack([seeds[:, form.held_column], np.broadcast_to(spread, (len(order), _PLACES - 1))])
-    found = at_places(form, tree, problem.targets[order], seeds, places)
+    found = branches_at(form, tree, problem.targets[order], seeds, places)
     q, valid = found.q, found.valid
     valid = valid & ((q >= bounds[:, None, 0]) & (q <= bounds[:, None, 1])).all(axis=-1)
     cost = np.where(valid, np.abs(q - seeds[:, None]).max(axis=-1), np.inf)
     if cost_of is not None:
-        which = np.nonzero(valid)
-        cost[which] = cost_of(order[which[0]], q[which]).of_acceptable()
+        indices = np.nonzero(valid)
+        cost[indices] = cost_of(order[indices[0]], q[indices]).of_acceptable()
     nearest = np.argsort(cost, axis=1, kind="stable")[:, :_STARTS]
     rows = np.arange(len(order))[:, None]
     nearest = np.where(np.isfinite(cost[rows, nearest]), nearest, nearest[:, :1])
-    known = np.isfinite(cost).any(axis=1)
-    return order[known], q[rows, nearest][known]
+    has_any = np.isfinite(cost).any(axis=1)
+    return order[has_any], q[rows, nearest][has_any]
 
 
 def limit_starts(problem: Problem, order: NDArray[np.int64], count: int) -> Array:

@@ -27,22 +27,22 @@ def solved_in_unit(problem: Problem, order: NDArray[np.int64], solve: Solve) -> 
     unit = problem.query.unit
     if unit == 1.0:
         return solve(problem, order)
-    far = _too_far(problem, order, unit)
-    near_q, near_info = solve(in_unit(problem, unit), order[~far])
-    in_meters(problem, unit, near_q, near_info)
-    if not far.any():
-        return near_q, near_info
-    q, info = np.empty((len(order), *near_q.shape[1:])), np.empty((len(order), *near_info.shape[1:]), near_info.dtype)
-    q[~far], info[~far] = near_q, near_info
-    q[far], info[far] = solve(problem, order[far])
+    is_far = _too_far(problem, order, unit)
+    unit_q, unit_info = solve(in_unit(problem, unit), order[~is_far])
+    in_meters(problem, unit, unit_q, unit_info)
+    if not is_far.any():
+        return unit_q, unit_info
+    q, info = np.empty((len(order), *unit_q.shape[1:])), np.empty((len(order), *unit_info.shape[1:]), unit_info.dtype)
+    q[~is_far], info[~is_far] = unit_q, unit_info
+    q[is_far], info[is_far] = solve(problem, order[is_far])
     return q, info
 
 
 def _too_far(problem: Problem, order: NDArray[np.int64], unit: float) -> NDArray[np.bool_]:
     """Mask of the targets (m,) outside of the kernels' range in a unit: they are out of reach."""
     seeds = rows_for(problem.seeds, order) / _slide_units(problem, unit)
-    far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)
-    return np.logical_or(far, (np.abs(seeds) > LARGEST).any(axis=1))
+    is_far = (np.abs(problem.targets[order, :3, 3]) > LARGEST * unit).any(axis=1)
+    return np.logical_or(is_far, (np.abs(seeds) > LARGEST).any(axis=1))
 
 
 def in_unit(problem: Problem, unit: float) -> Problem:
