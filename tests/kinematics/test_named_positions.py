@@ -25,7 +25,7 @@ def test_joints_that_are_not_named_are_as_in_others_which_is_not_changed(panda):
 
 
 def test_a_joint_that_is_missing_is_named(panda):
-    with pytest.raises(InputError, match="the joints panda_joint7 are missing; others=q"):
+    with pytest.raises(InputError, match="the joints panda_joint7 are missing; give them with others=q"):
         panda.q_of_joints(panda.joint_names[:6], panda.home[:6])
 
 
