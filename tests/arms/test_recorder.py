@@ -260,10 +260,10 @@ def test_a_joint_that_turns_round_in_its_stop_keeps_the_velocity_allowed_in_each
 def test_a_servo_that_the_arm_would_not_take_is_refused(arm, fr3):
     for options, match in (
         ({"acceleration": 2.5, "velocity": 2.0, "rate": 500}, "500 Hz"),
-        ({"acceleration": 2.6, "velocity": 2.0}, r"acceleration of fr3_joint1 is 2.6; at most 2.5 is allowed by the jerk limit"),
-        ({"acceleration": 9.0, "velocity": 2.0, "jerk": 5100.0}, r"jerk of fr3_joint1 is 5100; at most 5000 is allowed"),
-        ({"acceleration": 11.0, "velocity": 2.0, "jerk": 4000.0}, r"acceleration of fr3_joint1 is 11; at most 10 is"),
-        ({"acceleration": 2.5}, r"velocity of fr3_joint1 is 2.62; at most 2.619 is allowed"),
+        ({"acceleration": 2.6, "velocity": 2.0}, r"acceleration limit of fr3_joint1 is 2.6; at most 2.5 is .* jerk limit"),
+        ({"acceleration": 9.0, "velocity": 2.0, "jerk": 5100.0}, r"jerk limit of fr3_joint1 is 5100; at most 5000 is allowed"),
+        ({"acceleration": 11.0, "velocity": 2.0, "jerk": 4000.0}, r"acceleration limit of fr3_joint1 is 11; at most 10 is"),
+        ({"acceleration": 2.5}, r"velocity limit of fr3_joint1 is 2.62; at most 2.619 is allowed"),
     ):
         with pytest.raises(ulna.InputError, match=match):
             arm.follow(fr3.servo(**options), lambda *_: None)
