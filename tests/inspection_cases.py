@@ -63,7 +63,7 @@ DEFECTS = {
         'upper="1" velocity="2"',
         'upper="1"',
         [
-            (NOTE, "joint 'shoulder'", "no velocity limit: taken as unlimited"),
+            (NOTE, "joint 'shoulder'", "no velocity limit: treated as unlimited"),
         ],
     ),
     "no effort to give": (
@@ -77,7 +77,7 @@ DEFECTS = {
         'multiplier="0.5"',
         'multiplier="-0.5"',
         [
-            (WARNING, "joint 'grip too'", "its limits leave 'grip', which it mimics, no room: they are ignored"),
+            (WARNING, "joint 'grip too'", "its limits leave no range for 'grip', which it mimics: they are ignored"),
         ],
     ),
     "a follower that stands still": (
@@ -98,7 +98,7 @@ DEFECTS = {
         [(WARNING, "joint 'grip too'", 'axis "-1 0 1" has length 1.414: normalized')],
     ),
     "an axis without direction": ('"-1 0 0"', '"0 0 0"', [(ERROR, "document", "joint 'grip too': axis .* has no direction")]),
-    "no axis": ('<axis xyz="-1 0 0"/>', "", [(NOTE, "joint 'grip too'", "no <axis>: the x axis is taken")]),
+    "no axis": ('<axis xyz="-1 0 0"/>', "", [(NOTE, "joint 'grip too'", "no <axis>: the x axis is used")]),
     "an angle in degrees": (
         'rpy="0 1.57 0"',
         'rpy="0 90 0"',
@@ -165,7 +165,7 @@ DEFECTS = {
     "an acceleration in an older version": (
         'upper="1" velocity="2"',
         'upper="1" acceleration="0" velocity="2"',
-        [(WARNING, "joint 'shoulder'", "acceleration '0' is no number above 0, so it limits nothing")],
+        [(WARNING, "joint 'shoulder'", "acceleration '0' is not a number above 0, so it sets no limit")],
     ),
     "a version that is none": (
         '<robot name="arm"',
@@ -213,7 +213,7 @@ DEFECTS = {
         '<mass value="2"/><inertia ' + INERTIA,
         '<mass value="0"/><inertia ' + re.sub(r"0\.\d", "0", INERTIA),
         [
-            (WARNING, "link 'upper'", "moved, with a mass of 0 kg, by shoulder"),
+            (WARNING, "link 'upper'", "has a mass of 0 kg and is moved, by shoulder"),
             (NOTE, "document", "mass and inertia are zero: upper"),
         ],
     ),
@@ -222,7 +222,7 @@ DEFECTS = {
         '<axis xyz="-1 0 0"/><dynamics damping="1"/>',
         [(NOTE, "document", "damping and friction are read and written, but no torque includes them")],
     ),
-    "damping that is no number": (
+    "damping that is not a number": (
         '<axis xyz="-1 0 0"/>',
         '<axis xyz="-1 0 0"/><dynamics damping="lots"/>',
         [(WARNING, "joint 'grip too'", "<dynamics> damping='lots': not numbers: damping is taken as 0")],
@@ -237,15 +237,15 @@ DEFECTS = {
         'value="-2"',
         [
             (WARNING, "link 'upper'", "<mass> value='-2': 1 finite number of at least 0 expected: this inertia is left out"),
-            (WARNING, "document", "moved, and without the inertia that other links have: upper"),
+            (WARNING, "document", "moved, but without an inertia, which other links have: upper"),
         ],
     ),
-    "a moment that is no number": (
+    "a moment that is not a number": (
         'izz="0.3"',
         'izz="nan"',
         [
             (WARNING, "link 'upper'", "<inertia> izz='nan': 1 finite number expected: this inertia is left out"),
-            (WARNING, "document", "moved, and without the inertia that other links have: upper"),
+            (WARNING, "document", "moved, but without an inertia, which other links have: upper"),
         ],
     ),
     "a moment too large to compute with": (
@@ -253,7 +253,7 @@ DEFECTS = {
         'izz="1e300"',
         [
             (WARNING, "link 'upper'", "a mass or a moment is beyond 1e[+]12: this inertia is left out"),
-            (WARNING, "document", "moved, and without the inertia that other links have: upper"),
+            (WARNING, "document", "moved, but without an inertia, which other links have: upper"),
         ],
     ),
     "no mass element": (
@@ -261,13 +261,13 @@ DEFECTS = {
         "",
         [
             (WARNING, "link 'upper'", "<inertial> has no <mass>: this inertia is left out"),
-            (WARNING, "document", "moved, and without the inertia that other links have: upper"),
+            (WARNING, "document", "moved, but without an inertia, which other links have: upper"),
         ],
     ),
     "links without inertia": (
         LIGHT,
         "",
-        [(WARNING, "document", "moved, and without the inertia that other links have: left, right")],
+        [(WARNING, "document", "moved, but without an inertia, which other links have: left, right")],
     ),
     "grams": (
         '<mass value="2"/>',
@@ -295,7 +295,7 @@ DEFECTS = {
     "an inertia of no body": (
         'izz="0.3"',
         'izz="0.5"',
-        [(WARNING, "link 'upper'", "inertia of no body: moments 0.2 [+] 0.2 < 0.5")],
+        [(WARNING, "link 'upper'", "inertia of no real body: moments 0.2 [+] 0.2 < 0.5")],
     ),
     "a mesh that is not there": (
         '<sphere radius="0.1"/>',

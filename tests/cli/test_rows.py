@@ -73,7 +73,7 @@ def test_names_that_are_not_those_of_the_joints_are_refused(panda, read, change,
 def test_a_follower_may_have_a_column_and_another_robots_joint_may_not(read):
     robot = ulna.load("panda")
     names = [*robot.joint_names, "wheel"]
-    with pytest.raises(ulna.InputError, match="'wheel' is not known beside panda_joint1"):
+    with pytest.raises(ulna.InputError, match="'wheel' is unknown among panda_joint1"):
         read(read_trajectory, names, np.column_stack([Q, [0, 0]]), robot)
     fixed = next(joint.name for joint in robot.description.joints if joint.name not in robot.joint_names)
     assert np.array_equal(read(read_trajectory, [*robot.joint_names, fixed], np.column_stack([Q, [0, 0]]), robot), Q)
@@ -119,7 +119,7 @@ def test_a_pose_is_that_of_the_names_whatever_their_order_and_unit(read, names, 
         ("x,y,z,w,x,y,z", "are both x"),
         ("x,y,z,qx,qy,qz", "no column is named qw"),
         ("x,y,z,roll,pitch,yaw,qw", "the orientation in two ways"),
-        ("x,y,z,roll,pitch,yaw,force", "'force' is not known beside x, y, z, roll"),
+        ("x,y,z,roll,pitch,yaw,force", "'force' is unknown among x, y, z, roll"),
         ("x [deg],y,z,roll,pitch,yaw", "of x it may be m"),
     ],
 )

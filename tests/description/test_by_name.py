@@ -144,7 +144,7 @@ def test_a_module_that_cannot_be_read_is_named(descriptions, cache):
 
 @pytest.mark.parametrize("name", ["ball_mj", "ball"])
 def test_a_robot_without_a_urdf_is_not_listed(descriptions, cache, name):
-    with pytest.raises(FileError, match=r"^ball.*nor is it a robot's name"):
+    with pytest.raises(FileError, match=r"^ball.*and not a robot's name"):
         ulna.load(name)
 
 
@@ -162,7 +162,7 @@ def test_similar_names_are_suggested_with_their_packages(examples, descriptions)
     near = "'ur' (example-robot-data) or 'ur16e' (bundled) or 'ur5' (example-robot-data) or 'kr6' (robot_descriptions)"
     with pytest.raises(FileError) as caught:
         ulna.load("ur6")
-    assert str(caught.value) == f"ur6: no such file; nor is it a robot's name; did you mean {near}?"
+    assert str(caught.value) == f"ur6: no such file; and not a robot's name; did you mean {near}?"
     with pytest.raises(FileError, match=r"did you mean 'panda' \(bundled\)\?$"):
         ulna.load("pandaa")
     with pytest.raises(FileError, match=r"names are known, none of them similar; `ulna list` prints them$"):
@@ -170,9 +170,7 @@ def test_similar_names_are_suggested_with_their_packages(examples, descriptions)
 
 
 def test_without_the_packages_the_error_says_how_to_install_them():
-    with pytest.raises(
-        FileError, match=r"did you mean .*; more robots come by name with: pip install example-robot-data robot_descriptions$"
-    ):
+    with pytest.raises(FileError, match=r"did you mean .*; for more robots: pip install example-robot-data robot_descriptions$"):
         ulna.load("pandaa")
 
 

@@ -55,7 +55,7 @@ def test_a_link_without_one_has_none_and_a_mass_of_0_is_read_as_it_is():
 
 
 FAULTY = {
-    "a mass that is no number": INERTIAL.replace('"2.5"', '"heavy"'),
+    "a mass that is not a number": INERTIAL.replace('"2.5"', '"heavy"'),
     "a mass that is not finite": INERTIAL.replace('"2.5"', '"inf"'),
     "a negative mass": INERTIAL.replace('"2.5"', '"-2.5"'),
     "a mass without a value": INERTIAL.replace(' value="2.5"', ""),
@@ -186,7 +186,7 @@ def test_sdf_has_a_mass_of_1_and_moments_of_1_where_it_states_none():
     [
         ("<mass>2.5</mass>", "<mass>-2.5</mass>", "at least 0 expected"),
         ("<izz>0.6</izz>", "<izz>nan</izz>", "finite number expected"),
-        ("<inertial>", '<inertial auto="true">', "auto computes an inertia from shapes"),
+        ("<inertial>", '<inertial auto="true">', "auto, an inertia computed from shapes"),
         ("<pose>0.1", '<pose relative_to="base">0.1', "relative_to"),
     ],
 )

@@ -142,7 +142,7 @@ def test_an_arm_weighs_about_what_its_maker_says(name):
 @pytest.mark.parametrize("name", STATED)
 def test_inspect_finds_nothing_that_no_body_has(name):
     words = (
-        "inertia of no body",
+        "inertia of no real body",
         "positive definite",
         "its center of mass",
         "moments of",

@@ -50,9 +50,9 @@ LEFT_OUT = {
     "a visual without a geometry": (robot_text(**visual("")), "an empty <geometry> is not known"),
     "two origins of a visual": (robot_text(**visual("<origin/><origin/>" + BOX)), "has 2 <origin>; one is expected"),
     "a visual box without a size": (robot_text(**visual("<geometry><box/></geometry>")), "this visual is left out"),
-    "a macro left by an expansion": (robot_text(XACRO, more="<xacro:gray/>"), "<xacro:gray> is left out: nothing in this"),
-    "a velocity of -1": (robot_text(velocity="-1"), "velocity='-1' is no number of at least 0: taken as unlimited"),
-    "a velocity that is no number": (robot_text(velocity="nan"), "velocity='nan' is no number"),
+    "a macro left by an expansion": (robot_text(XACRO, more="<xacro:gray/>"), "<xacro:gray> is left out: this document"),
+    "a velocity of -1": (robot_text(velocity="-1"), "velocity='-1' is not a number of at least 0: treated as unlimited"),
+    "a velocity that is not a number": (robot_text(velocity="nan"), "velocity='nan' is not a number"),
 }
 # What needs no warning of load: nothing is missing. inspect says it all the same.
 QUIET = {
@@ -122,7 +122,7 @@ def test_inspect_has_a_finding_that_is_no_error(tmp_path, name):
     elif "XML" in name or "declaration" in name or "prefix" in name:
         assert "is not well-formed XML, as other programs may say" in str(found)
     else:
-        assert "taken as unlimited" in str(found)
+        assert "treated as unlimited" in str(found)
 
 
 def test_a_warning_names_a_file_with_braces_in_its_name(tmp_path):

@@ -65,7 +65,7 @@ def test_an_empty_string_is_refused_as_empty(source):
 def test_a_missing_file_is_named_and_a_mistyped_robot_is_suggested():
     with pytest.raises(FileError, match=r"^no/such\.urdf: no such file$"):
         ulna.load("no/such.urdf")
-    with pytest.raises(FileError, match=r"^pandas: no such file; nor is it a robot's name; did you mean 'panda' \(bundled\)"):
+    with pytest.raises(FileError, match=r"^pandas: no such file; and not a robot's name; did you mean 'panda' \(bundled\)"):
         ulna.load("pandas")
 
 

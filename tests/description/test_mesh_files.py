@@ -58,7 +58,7 @@ def test_a_symbolic_link_out_of_the_folders_is_not_followed(place, uri):
         (folder / "linked.stl").symlink_to(place / "secret/key.stl")
     for folder in (place, place / "robot/urdf"):
         (folder / "linked").symlink_to(place / "secret")
-    with pytest.raises(FileError, match=r"lies outside|is a link; if it is the package"):
+    with pytest.raises(FileError, match=r"lies outside|is a link; if it is the right package"):
         files(place).find(uri)
     assert files(place, package_dirs=[place / "secret", place]).find(uri).is_file()
 
@@ -77,7 +77,7 @@ def test_a_parent_folder_is_a_package_only_with_a_package_xml_or_a_folder_for_me
     (place / "robot/package.xml").unlink()
     assert files(place).find("package://robot/meshes/arm.stl").is_file()
     (place / "robot/meshes").rename(place / "robot/parts")
-    with pytest.raises(FileError, match=r"has no package\.xml; if it is the package: package_dirs=\['.*robot'\]$"):
+    with pytest.raises(FileError, match=r"has no package\.xml; if it is the right package: package_dirs=\['.*robot'\]$"):
         files(place).find("package://robot/parts/arm.stl")
     assert files(place, package_dirs=[place / "robot"]).find("package://robot/parts/arm.stl").is_file()
 

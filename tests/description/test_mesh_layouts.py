@@ -151,7 +151,7 @@ def test_what_is_written_into_another_folder_is_refused_with_the_argument_that_r
     text = ulna.load(put(LOADS["a package of ROS"])).to_urdf(mesh_paths="file")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "arm.urdf").write_text(text)
-    with pytest.raises(FileError, match=r"if it is meant: package_dirs=") as caught:
+    with pytest.raises(FileError, match=r"to allow it: package_dirs=") as caught:
         ulna.load(tmp_path / "out" / "arm.urdf", meshes="hulls")
     (folder,) = re.findall(r"package_dirs=\['([^']*)'\]", str(caught.value))
     assert ulna.load(tmp_path / "out" / "arm.urdf", meshes="hulls", package_dirs=[folder]).collision_names
@@ -166,7 +166,7 @@ def test_a_text_has_no_folder_and_takes_that_of_its_meshes(put):
 
 
 def test_a_missing_package_is_named_with_the_argument(put):
-    with pytest.raises(FileError, match=r"package_dirs=\[\.\.\.\] names the folder in which the package 'arm_parts' lies"):
+    with pytest.raises(FileError, match=r"package_dirs=\[\.\.\.\] names the folder that contains the package 'arm_parts'"):
         ulna.load(put({"arm.urdf": "package://arm_parts/link.stl"}), meshes="hulls")
 
 

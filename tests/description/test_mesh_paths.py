@@ -64,7 +64,7 @@ def test_the_error_for_a_missing_mesh_lists_every_path_tried(file, tmp_path):
 
 def test_a_uri_that_leaves_its_package_is_not_followed(file):
     file.write_text(URDF.format("package://arm/../secret.stl", "meshes/skin.png"))
-    with pytest.raises(FileError, match=r"tried nothing, for it leads out of its package$"):
+    with pytest.raises(FileError, match=r"tried nothing, because it lies outside its package$"):
         ulna.load(file).to_urdf(mesh_paths="file")
 
 

@@ -95,10 +95,10 @@ REFUSED = {
         text('<equality><connect name="c" body1="left" body2="upper" anchor="0 0 0"/></equality>'),
         "equality 'c' closes",
     ),
-    "a curve": (text(old="0.001 0.9 0 0 0", new="0 1 0.5 0 0"), "equality 'fingers' of joints is no multiple"),
+    "a curve": (text(old="0.001 0.9 0 0 0", new="0 1 0.5 0 0"), "equality 'fingers' of joints is not linear"),
     "a tendon with a limit": (
         text('<tendon><fixed name="cord" limited="true" range="0 1"><joint joint="lift" coef="1"/></fixed></tendon>'),
-        "tendon 'cord' holds joints together",
+        "tendon 'cord' couples joints",
     ),
     "what MuJoCo refuses": (text(old='size="0.1 0.05"', new=""), "MuJoCo: "),
 }
@@ -113,7 +113,7 @@ def test_what_is_no_tree_of_joints_is_refused_by_its_name(name):
 
 def test_a_floor_of_the_world_is_left_out_with_a_warning():
     document = text(old="<worldbody>", new='<worldbody><geom name="floor" type="plane" size="1 1 1"/>')
-    with pytest.warns(DescriptionWarning, match=r"link 'world': geom 'floor' is a plane, which no link has: it is left out"):
+    with pytest.warns(DescriptionWarning, match=r"link 'world': geom 'floor' is a plane, which is not supported: it is left out"):
         assert ulna.load(document).n_dof == 4
 
 

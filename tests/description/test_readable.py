@@ -76,7 +76,7 @@ def test_a_parent_folder_is_a_package_only_with_a_package_xml(tmp_path):
     put_yaml(tmp_path / "private" / "keys.yaml", "key")
     file = put(tmp_path / "in" / "r.xacro", link("$(find private)/keys.yaml"))
     with pytest.raises(
-        DescriptionError, match=r"\$\(find private\): .*private has no package.xml; if it is the one: package_dirs="
+        DescriptionError, match=r"\$\(find private\): .*private has no package.xml; if it is the right package: package_dirs="
     ):
         ulna.load(file)
     (tmp_path / "private" / "package.xml").write_text("<package/>")
@@ -125,7 +125,9 @@ def test_a_symbolic_link_is_checked_by_its_target(tmp_path, how):
     }[how]
     (tmp_path / link_at).symlink_to(tmp_path / target)
     file = put(tmp_path / "in" / "r.xacro", link(name))
-    with pytest.raises(DescriptionError, match=r"lies outside the document's folder|linked is a link; if it is the one"):
+    with pytest.raises(
+        DescriptionError, match=r"lies outside the document's folder|linked is a link; if it is the right package"
+    ):
         ulna.load(file)
     assert ulna.load(file, package_dirs=[tmp_path / "private"]).link_names == ("key",)
 
@@ -177,7 +179,7 @@ ARGUMENTS = ['<xacro:arg name="prefix" default="a"/>', '<link name="$(arg prefix
 
 def test_an_undeclared_argument_is_warned_of_with_a_suggestion_as_launch_files_of_makers_pass_some(tmp_path):
     file = put(tmp_path / "r.xacro", *ARGUMENTS)
-    nothing = "so that of xacro_args changes nothing"
+    nothing = "so its value in xacro_args has no effect"
     with pytest.warns(DescriptionWarning, match=rf"^r\.xacro has no argument 'prefx', {nothing}; did you mean 'prefix'\?$"):
         assert ulna.load(file, xacro_args={"prefx": "b"}).link_names == ("a",)
     with pytest.warns(DescriptionWarning, match=rf"^r\.xacro has no argument 'zz', {nothing}; the only one is 'prefix'$"):

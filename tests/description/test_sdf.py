@@ -20,7 +20,7 @@ JUDGED = json.loads(
 )  # a joint called as a link is renamed there
 FILES = [name for name in JUDGED if name != "libsdformat"]
 LIMIT = 1e-12
-pytestmark = pytest.mark.filterwarnings("ignore:.*is static, and not the robot")
+pytestmark = pytest.mark.filterwarnings("ignore:.*is static and not the robot")
 PRISMATIC, REVOLUTE, CONTINUOUS, FIXED = 5, 6, 2, 3  # of libsdformat's enum JointType
 
 
@@ -146,7 +146,7 @@ REFUSED = {
         joint("<axis><limit><lower>1</lower><upper>-1</upper></limit></axis>"),
         "joint 'j': lower limit 1.0 and upper limit -1.0 leave no range",
     ),
-    "a limit that is no number": (joint("<axis><limit><lower>low</lower></limit></axis>"), "<lower> 'low': not numbers"),
+    "a limit that is not a number": (joint("<axis><limit><lower>low</lower></limit></axis>"), "<lower> 'low': not numbers"),
     "a limit that is NaN": (joint("<axis><limit><lower>nan</lower></limit></axis>"), "<lower> 'nan': one number is expected"),
     "a mimic before 1.11": (joint('<axis><mimic joint="k"/></axis>'), "<mimic> is of SDF 1.11, and this document is of 1.9"),
     "a pose of five numbers": (
@@ -191,10 +191,10 @@ REFUSED = {
         '<sdf version="1.9"><model name="m" placement_frame="p"><link name="a"/></model></sdf>',
         "model 'm': frame 'p' is not defined",
     ),
-    "two of one name": (text(LINKS + JOINT + '<frame name="a"/>'), "frame 'a': its name is that of another"),
+    "two of one name": (text(LINKS + JOINT + '<frame name="a"/>'), "frame 'a': another link, joint, frame or model"),
     "two joints of one name": (text(LINKS + JOINT + JOINT, "1.6"), "joint 'j': is defined twice"),
-    "a name of SDF": (text('<link name="__model__"/>'), "the name '__model__' is kept by SDF for itself"),
-    "a link that is called world": (text('<link name="world"/>'), "the name 'world' is kept by SDF"),
+    "a name of SDF": (text('<link name="__model__"/>'), "the name '__model__' is reserved by SDF"),
+    "a link that is called world": (text('<link name="world"/>'), "the name 'world' is reserved by SDF"),
     "relative_to before 1.7": (text('<link name="a"><pose relative_to="b"/></link>', "1.6"), "relative_to is of SDF 1.7"),
     "degrees before 1.9": (text('<link name="a"><pose degrees="true">0</pose></link>', "1.8"), "degrees is of SDF 1.9"),
     "the frame of a pose before 1.7": (
@@ -349,7 +349,7 @@ def test_the_only_model_of_a_world_that_is_not_static_is_the_robot_and_its_scene
         robot = ulna.load(file)
     assert robot.link_names == ("a", "b")
     messages = [finding.message for finding in ulna.inspect(file).findings]
-    assert any(message.startswith("is static, and not the robot") for message in messages)
+    assert any(message.startswith("is static and not the robot") for message in messages)
     assert "1 <light> in <world> not used" in messages
 
 
@@ -381,13 +381,13 @@ def test_an_included_model_finds_its_meshes_and_the_files_beside_it(tmp_path):
 
 
 OUTSIDE = {
-    "out of its package": ("model://hand/../secret.sdf", "leads out of its package"),
+    "out of its package": ("model://hand/../secret.sdf", "lies outside its package"),
     "out of the folder": ("../secret.sdf", "lies outside the description's folder"),
     "an absolute path": ("file://{}/secret.sdf", "lies outside the description's folder"),
     "the network": ("https://fuel.example/arm.sdf", "nothing is downloaded"),
     "nothing": ("model://nobody", "package_dirs="),
     "itself": ("arm.sdf", "the file includes itself"),
-    "a URDF": ("arm.urdf", "is no SDF that is read"),
+    "a URDF": ("arm.urdf", "is not a supported SDF"),
 }
 
 

@@ -101,7 +101,7 @@ def test_one_that_does_not_fit_is_passed_over_and_inspect_says_why(urdf, old, ne
     (sentence,) = robot.srdf.passed_over
     assert [str(one.message) for one in caught] == [sentence]
     assert caught[0].filename == __file__
-    assert sentence.startswith(f"{path} lies beside the URDF and is not used: ")
+    assert sentence.startswith(f"{path} is next to the URDF and is not used: ")
     assert reason in sentence
     assert sentence in [finding.message for finding in ulna.inspect(urdf).findings]
 
@@ -117,7 +117,7 @@ def test_of_several_the_one_called_like_the_urdf_is_taken_then_the_one_called_li
 
 def test_of_several_of_other_names_none_is_taken_and_all_are_named(urdf):
     paths = [write(urdf.parents[1] / "srdf" / name, SRDF) for name in ("a.srdf", "b.srdf")]
-    sentence = f"2 SRDFs beside model.urdf fit it ({paths[0]}, {paths[1]}); none is used"
+    sentence = f"2 SRDFs next to model.urdf match it ({paths[0]}, {paths[1]}); none is used"
     with pytest.warns(DescriptionWarning) as caught:
         assert not ulna.load(urdf).groups
     assert str(caught[0].message).startswith(sentence)
@@ -194,7 +194,7 @@ def test_a_link_that_leads_out_is_not_followed_and_its_text_is_not_shown(urdf, t
     else:
         return  # the folder of the URDF is whatever its user calls so
     said = passed_over(urdf)
-    assert "is a link that leads out of the URDF's folder and package, so it is not used" in said
+    assert "is a link to a file outside the URDF's folder and package, so it is not used" in said
     assert "SECRET" not in said
 
 
@@ -212,13 +212,13 @@ def test_few_files_are_looked_at_and_expanded_for_a_few_seconds_in_sum(urdf, mon
     def expanded_slowly(document, arguments, max_seconds):
         asked.append((document.file, arguments, max_seconds))
         now[0] += max_seconds
-        raise DescriptionError("xacro: no end within 5 s; expansion stopped", document.source)
+        raise DescriptionError("xacro: not finished within 5 s; expansion stopped", document.source)
 
     monkeypatch.setattr(srdf_beside, "expanded", expanded_slowly)
     monkeypatch.setattr(srdf_beside, "time", SimpleNamespace(monotonic=lambda: now[0]))
     said = passed_over(urdf)
-    assert "30 SRDFs lie beside model.urdf; only 20 of them are looked at" in said
-    assert "17 more files beside model.urdf are not looked at, after 10 s" in said
+    assert "30 SRDFs are next to model.urdf; only 20 of them are read" in said
+    assert "17 more files next to model.urdf are not read, after 10 s" in said
     assert [seconds for _, _, seconds in asked] == [5.0] * 3
 
 
@@ -227,21 +227,21 @@ def test_one_that_may_be_one_of_several_is_not_taken(urdf):
         write(urdf.parent / f"a{k}.srdf", SRDF if k == 0 else SRDF.replace('"arm"', '"leg"', 1))
     with pytest.warns(DescriptionWarning) as caught:
         assert ulna.load(urdf).srdf.found_at == ""
-    assert any("1 SRDF beside model.urdf fits it" in str(one.message) for one in caught)
+    assert any("1 SRDF next to model.urdf matches it" in str(one.message) for one in caught)
 
 
 def test_a_document_that_computes_without_end_is_stopped_after_five_seconds(urdf, monkeypatch):
     monkeypatch.setattr(srdf_beside, "_MAX_SECONDS_EACH", 1.0)
     endless = "${[a for a in range(100000000) if a in range(10) and len(str(a)) == 3]}"
     write(urdf.parent / "arm.srdf.xacro", XACRO.replace("</robot>", f'<passive_joint name="{endless}"/></robot>'))
-    assert "xacro: no end within 1 s; expansion stopped" in passed_over(urdf)
+    assert "xacro: not finished within 1 s; expansion stopped" in passed_over(urdf)
 
 
 def test_what_is_taken_is_logged(urdf, caplog):
     path = write(urdf.parent / "arm.srdf", SRDF)
     with caplog.at_level("INFO", logger="ulna"):
         ulna.load(urdf)
-    assert f"{path} lies beside model.urdf and is used; 1 pair of links may touch by it" in caplog.text
+    assert f"{path} is next to model.urdf and is used; it allows contacts of 1 pair of links" in caplog.text
 
 
 @pytest.mark.parametrize("srdf", [True, 1])
@@ -273,7 +273,8 @@ def test_a_ur5_of_hulls_plans_between_random_free_configurations():
 def test_inspect_says_which_hulls_touch_how_often_and_what_to_do(tmp_path):
     messages = [finding.message for finding in ulna.inspect("ur5").findings]
     assert any(
-        message.endswith("ur5.srdf lies beside the URDF and is used; 10 pairs of links may touch by it") for message in messages
+        message.endswith("ur5.srdf is next to the URDF and is used; it allows contacts of 10 pairs of links")
+        for message in messages
     )
     assert not any(message.startswith("hulls touch") for message in messages)
     alone = shutil.copy(EXAMPLES / "ur_description" / "urdf" / "ur5_robot.urdf", tmp_path)

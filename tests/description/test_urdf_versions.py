@@ -123,7 +123,7 @@ def test_a_joint_without_an_acceleration_has_to_be_given_one():
         ({"second": 'uper="1"'}, "attribute 'uper' of <limit> is not known, and left out; did you mean 'upper'"),
         ({"inside": '<loop/><frame name="f"/>'}, r"<loop> in <joint> is not read \(2 such sentences: ulna inspect\)"),
         ({"robot": 'version="1"'}, "version '1' is not two numbers"),
-        ({"first": 'acceleration="0"', "robot": ""}, "acceleration '0' is no number above 0"),
+        ({"first": 'acceleration="0"', "robot": ""}, "acceleration '0' is not a number above 0"),
     ],
 )
 def test_load_says_what_is_not_read_and_may_matter(parts, message):

@@ -122,7 +122,7 @@ def test_a_file_that_only_declares_the_namespace_is_a_plain_urdf(tmp_path):
 @pytest.mark.parametrize("endless", ["${9**9**9}", "${python.sum(range(10**12))}"])
 def test_an_endless_expression_is_stopped(monkeypatch, endless):
     monkeypatch.setattr(xacro, "TIME_LIMIT_S", 2)
-    with pytest.raises(DescriptionError, match=r"^URDF text: xacro: no end within 2 s; expansion stopped$"):
+    with pytest.raises(DescriptionError, match=r"^URDF text: xacro: not finished within 2 s; expansion stopped$"):
         ulna.load(document(f'<link name="{endless}"/>'))
 
 

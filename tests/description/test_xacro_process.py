@@ -69,7 +69,7 @@ def test_a_skipped_limit_is_named_when_the_process_dies(monkeypatch):
 def test_a_process_without_output_is_ended_after_the_time_limit(monkeypatch):
     monkeypatch.setattr(xacro, "_START", "import time; time.sleep(1000)")
     monkeypatch.setattr(xacro, "TIME_LIMIT_S", 0.5)
-    with pytest.raises(DescriptionError, match=r"no end within 0\.5 s; expansion stopped$"):
+    with pytest.raises(DescriptionError, match=r"not finished within 0\.5 s; expansion stopped$"):
         ulna.load(DOCUMENT)
 
 

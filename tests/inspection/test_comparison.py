@@ -158,7 +158,7 @@ def test_wrong_arguments_are_refused_by_name(panda, arguments, message):
 
 
 def test_what_is_no_robot_is_refused(panda):
-    with pytest.raises(InputError, match=r"^b: 'panda'; a Robot is expected, as ulna.load makes one"):
+    with pytest.raises(InputError, match=r"^b: 'panda'; a Robot is expected, as from ulna.load"):
         ulna.compare(panda, "panda")
 
 

@@ -109,7 +109,7 @@ def test_without_what_reads_meshes_they_are_counted_and_the_extra_is_named(tmp_p
 
 def test_the_grippers_of_the_pr2_are_reported_as_contradicting_themselves():
     inspection = ulna.inspect(EXAMPLES / "pr2_description/urdf/pr2.urdf")
-    contradictions = [finding.where for finding in inspection.findings if "no room" in finding.message]
+    contradictions = [finding.where for finding in inspection.findings if "no range" in finding.message]
     assert contradictions == ["joint 'r_gripper_r_parallel_root_joint'", "joint 'l_gripper_r_parallel_root_joint'"]
 
 
@@ -178,6 +178,6 @@ def test_a_mesh_outside_is_named_and_not_read(tmp_path, by):
     path.write_text(re.sub("<(sphere|cylinder|box) [^>]*/>", f'<mesh filename="{by.format(tmp_path)}"/>', SOUND))
     messages = {finding.message for finding in ulna.inspect(path).findings}
     reason = "lies outside the description's folder, its package or repository and package_dirs, so it is not read"
-    advice = f"if it is meant: package_dirs=['{tmp_path}'] (--package-dir {tmp_path})"
+    advice = f"to allow it: package_dirs=['{tmp_path}'] (--package-dir {tmp_path})"
     assert messages == {f"mesh {by.rpartition('/')[2]} cannot be read: {reason}; {advice}"}
     assert any("120 x 30 x 60" in finding.message for finding in ulna.inspect(path, package_dirs=[tmp_path]).findings)

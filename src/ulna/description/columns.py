@@ -178,7 +178,7 @@ def fields_of(line: str, separator: str | None) -> list[str]:
     try:
         fields = next(csv.reader([line.strip()], delimiter=separator or " ", skipinitialspace=True), [])
     except csv.Error as error:
-        raise ValueError(f"{line.strip()[:60]!r} is no row: {error}") from None
+        raise ValueError(f"{line.strip()[:60]!r} is not a row: {error}") from None
     fields = [field.strip() for field in fields if separator is not None or field]
     return fields[:-1] if len(fields) > 1 and not fields[-1] else fields
 
@@ -257,7 +257,7 @@ def columns_of(names: Sequence[str], row: Row) -> tuple[list[int], list[float]]:
     beside = [*found.others, *(names[column] for name, (column, _) in found.at.items() if name not in chosen)]
     strange = [name for name in beside if not row.ignored(name)]
     if strange:
-        raise ValueError(f"column {strange[0][:60]!r} is not known beside {', '.join(chosen[:20])}")
+        raise ValueError(f"column {strange[0][:60]!r} is unknown among {', '.join(chosen[:20])}")
     usual = {one.name: one.unit for one in row.known}
     return columns, [usual[name] if factor is None else factor for name, factor in zip(chosen, factors, strict=True)]
 

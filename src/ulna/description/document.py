@@ -105,7 +105,7 @@ def warn_of_arguments(source: str, xacro_args: Mapping[str, object]) -> None:
     """Warn of arguments for a document that takes none; in a comparison they may be for the other document."""
     if xacro_args:
         names = ", ".join(map(repr, xacro_args))
-        sentence = f"{source} is not a xacro file, so it takes no arguments: {names} of xacro_args change nothing"
+        sentence = f"{source} is not a xacro file, so it takes no arguments: {names} of xacro_args have no effect"
         warnings.warn(sentence, DescriptionWarning, stacklevel=6)
 
 

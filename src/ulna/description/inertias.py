@@ -60,7 +60,7 @@ class Payload:
         if self.density is not None:
             excess = next((name for name, value in {"mass": self.mass, **given}.items() if value is not None), None)
             if excess is not None:
-                raise InputError(excess, "is given together with density, by which it is computed; one of them is expected")
+                raise InputError(excess, "is given together with density, which determines it; one of them is expected")
             return _of_density(positive("density", self.density), shape)
         if self.mass is None:
             excess = next((name for name, value in given.items() if value is not None), None)
@@ -141,7 +141,7 @@ def _given_tensor(inertia: ArrayLike, mass: float) -> Array:
         raise InputError("inertia", "it is not symmetric; its entry (i, j) is that of (j, i), with the sign of URDF")
     tensor = (tensor + tensor.T) / 2
     if fault := tensor_fault(tensor):
-        raise InputError("inertia", f"no body has it: {fault}")
+        raise InputError("inertia", f"no real body has it: {fault}")
     if not mass and tensor.any():
         raise InputError("inertia", "a body of 0 kg has none; give a mass above 0")
     return tensor

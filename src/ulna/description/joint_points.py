@@ -74,7 +74,7 @@ def read_joint_points(path: Path) -> JointPoints:
         remedy = "; it has a path without times, to which robot.trajectory(path, ...) gives times" if has_path else ""
         raise DescriptionError(f"has no message with joint_names and points{remedy}", source)
     if len(found) > 1:
-        raise DescriptionError(f"has {len(found)} trajectories; leave one of them", source)
+        raise DescriptionError(f"has {len(found)} trajectories; keep one of them", source)
     return _points(found[0], source)
 
 
@@ -85,7 +85,7 @@ def _document(content: bytes, ending: str) -> Any:
     text = content.decode("utf-8-sig", errors="replace")
     parts = [part for part in re.split(r"^---[ \t]*$", text, flags=re.MULTILINE) if part.strip()]
     if len(parts) > 1:
-        raise ValueError(f"it has {len(parts)} messages, between lines of ---; leave one of them")
+        raise ValueError(f"it has {len(parts)} messages, between lines of ---; keep one of them")
     return yaml_value(parts[0] if parts else "", {}, _MAX_NODES)
 
 

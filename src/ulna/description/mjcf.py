@@ -55,7 +55,7 @@ def _compiled(document: Document) -> bytes:
     with child_process(program_of("ulna.description.mjcf_child"), MEMORY_LIMIT_BYTES, TIME_LIMIT_S) as (child, late):
         replied, errors = child.communicate(request)
         if late.is_set():
-            raise DescriptionError(f"MuJoCo: no end within {TIME_LIMIT_S:g} s; compilation stopped", document.source)
+            raise DescriptionError(f"MuJoCo: not finished within {TIME_LIMIT_S:g} s; compilation stopped", document.source)
         line, _, content = replied.partition(b"\n")
         if not line:
             words = f"{last_words(child, errors)}; it may use {MEMORY_LIMIT_BYTES >> 20} MB"
@@ -115,7 +115,7 @@ class _Reader:
                 for w in range(model.tendon_adr[k], model.tendon_adr[k] + model.tendon_num[k])
             )
             if is_spatial or model.tendon_limited[k] or np.any(model.tendon_stiffness[k]):
-                raise self.fail(f"tendon {self.name('tendon', k)!r} holds joints together, which is no tree of joints")
+                raise self.fail(f"tendon {self.name('tendon', k)!r} couples joints, which is not a tree of joints")
 
     def equalities(self) -> dict[int, tuple[int, float, float]]:
         """For each joint that follows another: the other, the ratio, and its position when the other is at 0."""
@@ -125,11 +125,11 @@ class _Reader:
                 continue
             name = self.name("equality", k)
             if model.eq_type[k] != kinds.mjEQ_JOINT:
-                raise self.fail(f"equality {name!r} closes a loop of bodies, which is no tree of joints")
+                raise self.fail(f"equality {name!r} closes a loop of bodies, which is not a tree of joints")
             constant, ratio, *higher = model.eq_data[k, :_COEFFICIENTS].tolist()
             one, other = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])
             if other < 0 or any(higher):
-                raise self.fail(f"equality {name!r} of joints is no multiple of another joint and a constant")
+                raise self.fail(f"equality {name!r} of joints is not linear in one other joint")
             at_rest = (float(model.qpos0[model.jnt_qposadr[joint]]) for joint in (one, other))
             rest_one, rest_other = at_rest
             followers[one] = other, ratio, rest_one + constant - ratio * rest_other
@@ -167,7 +167,7 @@ class _Reader:
         if kind == kinds.mjJNT_FREE:
             return Joint(name, JointType.FLOATING, parent, child, origin, z)
         if kind == kinds.mjJNT_BALL:
-            raise self.fail(f"joint {name!r} is a ball joint, which has no joint positions here; three hinges are read")
+            raise self.fail(f"joint {name!r} is a ball joint, which is not supported; three hinges are")
         axis, rest = model.jnt_axis[number], float(model.qpos0[model.jnt_qposadr[number]])
         lower, upper = model.jnt_range[number].tolist() if model.jnt_limited[number] else (-math.inf, math.inf)
         effort = float(model.jnt_actfrcrange[number].max()) if model.jnt_actfrclimited[number] else math.inf
@@ -204,7 +204,7 @@ class _Reader:
             )
             touches = bool(model.geom_contype[number] or model.geom_conaffinity[number])
             if isinstance(shape, UnknownShape) and (body == 0 or not touches):
-                message = f"geom {one.name!r} is {shape.kind}, which no link has: it is left out"
+                message = f"geom {one.name!r} is {shape.kind}, which is not supported: it is left out"
                 self.left_out.append(LeftOut(f"link {self.name('body', body)!r}", message))
             else:
                 (collisions if touches else visuals).append(one)

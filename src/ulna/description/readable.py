@@ -66,7 +66,7 @@ class Readable:
             reason = self.admit_package(folder, given=folder in given)
             if not reason:
                 return str(folder)
-            reasons.append(f"{folder} {reason}; if it is the one: package_dirs=[{str(folder)!r}]")
+            reasons.append(f"{folder} {reason}; if it is the right package: package_dirs=[{str(folder)!r}]")
         raise OutsideError(f"$(find {name}): {reasons[0]}")
 
     def admit_package(self, folder: Path, *, given: bool) -> str:
@@ -110,7 +110,7 @@ class Readable:
 
     def _check(self, path: str) -> None:
         if not self.admits(path):
-            advice = f"if it is meant: package_dirs=[{os.path.dirname(os.path.realpath(path))!r}]"  # noqa: PTH120 - text
+            advice = f"to allow it: package_dirs=[{os.path.dirname(os.path.realpath(path))!r}]"  # noqa: PTH120 - text
             raise OutsideError(f"reads {path}, which lies outside the document's folder, its package and package_dirs; {advice}")
 
 

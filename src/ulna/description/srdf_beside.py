@@ -55,19 +55,19 @@ def srdf_beside(document: Document, folder: Path, description: Description, xacr
             srdf = replace(_read(path, document.package_dirs, description, xacro_args), found_at=str(path))
         except (OSError, DescriptionError, InputError) as error:
             if rank < len(found.likely):
-                found.pass_over(f"{path} lies beside the URDF and is not used: {error}")
+                found.pass_over(f"{path} is next to the URDF and is not used: {error}")
         else:
             if rank < len(found.likely):
                 return _taken(srdf, found, document)
             fits.setdefault(_stem(path.name), srdf)
     if n_unread:
         more, are = count_of(n_unread, "more file"), "is" if n_unread == 1 else "are"
-        found.pass_over(f"{more} beside {document.file} {are} not looked at, after {_MAX_SECONDS:g} s")
-    advice = "none is used; srdf= names one (--srdf), srdf=False refuses them (--no-srdf)"
+        found.pass_over(f"{more} next to {document.file} {are} not read, after {_MAX_SECONDS:g} s")
+    advice = "none is used; srdf= selects one (--srdf), srdf=False ignores them (--no-srdf)"
     if len(fits) == 1 and found.complete and not n_unread:
         return _taken(next(iter(fits.values())), found, document)
     if fits:
-        fit = "1 SRDF beside {} fits it" if len(fits) == 1 else f"{len(fits)} SRDFs beside {{}} fit it"
+        fit = "1 SRDF next to {} matches it" if len(fits) == 1 else f"{len(fits)} SRDFs next to {{}} match it"
         files = listed([srdf.found_at for srdf in fits.values()])
         warnings.warn(f"{fit.format(document.file)} ({files}); {advice}", DescriptionWarning, stacklevel=4)
     return _taken(Srdf(), found, document)
@@ -77,7 +77,7 @@ def _taken(srdf: Srdf, found: "_Candidates", document: Document) -> Srdf:
     """The SRDF, after a message about the files used and not used."""
     if srdf.found_at:
         pairs = count_of(len(srdf.disabled_collisions), "pair")
-        _log.info("%s lies beside %s and is used; %s of links may touch by it", srdf.found_at, document.file, pairs)
+        _log.info("%s is next to %s and is used; it allows contacts of %s of links", srdf.found_at, document.file, pairs)
     for sentence in found.passed_over:
         warnings.warn(sentence, DescriptionWarning, stacklevel=5)
     return replace(srdf, passed_over=tuple(found.passed_over))
@@ -124,11 +124,11 @@ class _Candidates:
                 if readable.admits(file):
                     found.append((rank, file))
                 else:
-                    self.pass_over(f"{file} is a link that leads out of the URDF's folder and package, so it is not used")
+                    self.pass_over(f"{file} is a link to a file outside the URDF's folder and package, so it is not used")
         found.sort(key=lambda one: one[0])
         if len(found) > _MAX_FILES:
             self.complete = False
-            self.pass_over(f"{len(found)} SRDFs lie beside {self.document.file}; only {_MAX_FILES} of them are looked at")
+            self.pass_over(f"{len(found)} SRDFs are next to {self.document.file}; only {_MAX_FILES} of them are read")
         return found[:_MAX_FILES]
 
     def _places(self, readable: Readable) -> Iterator[Path]:
@@ -170,7 +170,7 @@ class _Candidates:
             return []
         if len(names) > _MAX_NAMES:
             self.complete = False
-            self.pass_over(f"{place} has more than {_MAX_NAMES} files, of which not all are looked at")
+            self.pass_over(f"{place} has more than {_MAX_NAMES} files, of which not all are considered")
         files = sorted(place / name for name in names[:_MAX_NAMES] if name.endswith(_ENDINGS))
         return sorted(files, key=lambda file: file.suffix == ".xacro")
 

@@ -62,7 +62,7 @@ RATES, RATES_SINCE = ("acceleration", "deceleration", "jerk"), (1, 2)  # of a <l
 _LOOKS = {"dynamics", "inertial", "material", "visual"}  # their content changes no pose, shape, limit or collision
 _NAMED = {"geometry", "link", "robot", "collision", *_LOOKS}  # their other attributes are names and notes
 _LIKENESS = 0.8  # "efort" is meant to be "effort"; "gear_velocity" is something else  # codespell:ignore efort
-_LOOP = "it closes a loop of joints, which is not kept: its links move as if it were not there"
+_LOOP = "it closes a loop of joints, which is not supported: its links move without it"
 _SHAPES = "its shapes are not checked for collisions; <collision> is read"
 _REASONS = {
     "loop_joint": _LOOP,
@@ -72,7 +72,7 @@ _REASONS = {
     "collision_filter_group": "an SRDF says which links may touch (srdf=)",
     "self_collision_checking": _SHAPES,
     "collision_checking": _SHAPES,
-    "position_based_velocity_limits": 'limits="fr3" has those of an FR3',
+    "position_based_velocity_limits": 'limits="fr3" gives those of an FR3',
 }
 
 
@@ -111,7 +111,7 @@ def unread_parts(root: etree._Element) -> Iterator[Unread]:
     """The elements, attributes and texts that are not read."""
     version = version_of(root)
     if version is None:
-        stated = f"version {root.get('version', '')[:40]!r} is not two numbers, as in '1.0', which is taken"
+        stated = f"version {root.get('version', '')[:40]!r} is not two numbers; '1.0' is used"
         yield Unread(root, "attribute 'version' of <robot>", stated, matters=True)
     waiting = [(root, False)]
     while waiting:
@@ -157,7 +157,7 @@ def _element(child: etree._Element, parent: str, *, of_looks: bool) -> Unread:
         ties = next((part.tag for part in child.iterchildren("joint", "link", "model", "include")), None)
         if ties is None:
             return Unread(child, what, "", matters=False)
-        return Unread(child, what, f"a <{ties}> in <gazebo> is not read: what it adds or ties is missing here", matters=True)
+        return Unread(child, what, f"a <{ties}> in <gazebo> is not read: its additions are missing", matters=True)
     is_for_others = name.namespace is not None and tag not in _REASONS
     is_hint = tag == "collision_checking" and child.find(".//geometry") is None  # it tells Pinocchio which shapes to replace
     if of_looks or is_for_others or is_hint or tag in of_others or (tag == "origin" and _is_identity(child)):
@@ -184,7 +184,7 @@ def _attributes(element: etree._Element, tag: str, *, of_looks: bool) -> Iterato
 def _unused_rates(limit: etree._Element) -> Iterator[Unread]:
     for key in RATES:
         if key in limit.attrib and unused_rate(limit, key):
-            message = f"{key} {limit.get(key, '')[:40]!r} is no number above 0, so it limits nothing"
+            message = f"{key} {limit.get(key, '')[:40]!r} is not a number above 0, so it sets no limit"
             yield Unread(limit, f"attribute {key!r} of <limit>", message, matters=True)
 
 

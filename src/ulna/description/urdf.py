@@ -88,14 +88,14 @@ class _Reader(Reader):
         if self.version > _NEWEST:
             newest = ".".join(map(str, _NEWEST))
             raise self.fail(
-                root, f"is URDF {root.get('version')}; versions up to {newest} are read, and what is newer may matter"
+                root, f"is URDF {root.get('version')}; versions up to {newest} are read, and newer elements may matter"
             )
         if document.parsed.mended:
             message = f"is not well-formed XML, as other programs may say: {document.parsed.mended}"
             self.leave_out(root, message, is_warned=False)
         for call in xacro_elements(root):
             name = etree.QName(call).localname
-            message = f"<xacro:{name}> is left out: nothing in this document defines that macro, so what it adds is missing"
+            message = f"<xacro:{name}> is left out: this document does not define that macro, so its contents are missing"
             self.leave_out(call, message)
         for material in root.iterfind("material"):
             color = self.color(material)
@@ -305,7 +305,7 @@ class _Reader(Reader):
             return self.number(limit, key, math.inf, 0.0)
         except DescriptionError:
             unlimited = limit.get(key, "").strip().lower() in ("inf", "infinity", "+inf")
-            message = f"{key}={cited(limit.get(key))} is no number of at least 0: taken as unlimited"
+            message = f"{key}={cited(limit.get(key))} is not a number of at least 0: treated as unlimited"
             self.leave_out(limit, message, is_warned=key == "velocity" and not unlimited)
             return math.inf
 
@@ -361,9 +361,9 @@ class _Reader(Reader):
         if "rpy" in origin.attrib:
             raise self.fail(origin, f"{where}: its origin has both rpy and quat_xyzw; one of them is expected")
         if self.version < (1, 1):
-            advice = 'other programs ignore it; write <robot version="1.1"> if it is meant'
+            advice = 'other programs ignore it; if it is intended, write <robot version="1.1">'
             raise self.fail(origin, f"{where}: quat_xyzw is of URDF 1.1, and this document is of an older version: {advice}")
         *xyz, w = self.vector(origin, "quat_xyzw", 4)
         if not any((w, *xyz)):
-            raise self.fail(origin, f"{where}: quat_xyzw={origin.get('quat_xyzw')!r} has length 0, so it is no orientation")
+            raise self.fail(origin, f"{where}: quat_xyzw={origin.get('quat_xyzw')!r} has length 0, so it is not an orientation")
         return w, *xyz

@@ -42,7 +42,7 @@ def yaml_value(text: str | bytes, tags: Mapping[str, Callable[[str], Any]], max_
             self.depth -= 1
             self.n_nodes += 1
             if is_alias and not hasattr(node, "weight"):
-                raise ValueError("a value is within itself")
+                raise ValueError("a value contains itself")
             node.weight = 1 + sum(one.weight for one in parts_of(node))  # its number of nodes, itself included
             if max(self.n_nodes, node.weight) > max_nodes:
                 raise ValueError(f"it has more than {max_nodes} values, each counted as often as it is repeated")

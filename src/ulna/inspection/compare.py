@@ -56,7 +56,7 @@ def compare(
     """
     for name, robot in (("a", a), ("b", b)):
         if not isinstance(robot, Robot):
-            raise InputError(name, f"{robot!r}; a Robot is expected, as ulna.load makes one")
+            raise InputError(name, f"{robot!r}; a Robot is expected, as from ulna.load")
     ignored = _kinds(ignore)
     numbers = {"position": position_tolerance, "rotation": rotation_tolerance, "limit": limit_tolerance}
     for name, value in numbers.items():

@@ -43,7 +43,7 @@ def _limit_findings(joint: etree._Element, kind: JointType) -> Iterator[Finding]
     for key in ("velocity", "effort"):
         value = number(limit, key)
         if key not in limit.attrib:
-            yield found(NOTE, limit, f"no {key} limit: taken as unlimited")
+            yield found(NOTE, limit, f"no {key} limit: treated as unlimited")
         elif value is not None and value <= 0:
             yield found(WARNING if value == 0 else ERROR, limit, f"{key} limit is {value:g}")
     version = version_of(limit.getroottree().getroot()) or (1, 0)
@@ -72,7 +72,7 @@ def _range_findings(limit: etree._Element, kind: JointType) -> Iterator[Finding]
 def _axis_findings(joint: etree._Element) -> Iterator[Finding]:
     axis = joint.find("axis")
     if axis is None:
-        yield found(NOTE, joint, "no <axis>: the x axis is taken, as URDF says")
+        yield found(NOTE, joint, "no <axis>: the x axis is used, URDF's default")
         return
     xyz = numbers(axis, "xyz")
     if xyz is None:

@@ -84,7 +84,7 @@ def mesh_findings(root: etree._Element, described: Located, boxes: Boxes) -> Ite
     lacking = _lacking()
     for (uri, scale), mesh in users.items():
         if min(map(abs, scale)) == 0:
-            yield found(WARNING, mesh, f"mesh {_short(uri)} is scaled to nothing")
+            yield found(WARNING, mesh, f"mesh {_short(uri)} has a scale of 0")
             continue
         try:
             path, tried = resolve_uri(uri, described.folder, described.package_dirs)
@@ -126,7 +126,7 @@ def _content_findings(uri: str, boxes: Boxes, scale: tuple[float, ...], mesh: et
 def _missing(home: str, some: list[tuple[str, etree._Element, tuple[str, ...]]]) -> Finding:
     """One finding for all missing meshes of a package or a folder, with every path tried for the first."""
     uri, mesh, tried = some[0]
-    found_none = "not found" if tried else f"not found, as {uri[:80]!r} leads nowhere"
+    found_none = "not found" if tried else f"not found: {uri[:80]!r} resolves to no file"
     count = f"{len(some)} mesh{'es' * (len(some) > 1)}"
     message = f"{count} of {home} {found_none}: {listed([_short(each) for each, _, _ in some])}"
     return Finding(WARNING, of_robot(mesh) if len(some) == 1 else "document", message, mesh.sourceline, tried)

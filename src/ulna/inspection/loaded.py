@@ -38,8 +38,8 @@ def robot_findings(robot: Robot, reach: float) -> Iterator[Finding]:
 
 def _srdf_findings(srdf: Srdf) -> Iterator[Finding]:
     if srdf.found_at:
-        allowed = f"{count_of(len(srdf.disabled_collisions), 'pair')} of links may touch by it"
-        yield Finding(NOTE, "document", f"{srdf.found_at} lies beside the URDF and is used; {allowed}")
+        allowed = f"it allows contacts of {count_of(len(srdf.disabled_collisions), 'pair')} of links"
+        yield Finding(NOTE, "document", f"{srdf.found_at} is next to the URDF and is used; {allowed}")
         for sentence in srdf.warnings:
             yield Finding(WARNING, "document", sentence)
     for sentence in srdf.passed_over:
@@ -72,7 +72,7 @@ def _contradictions(description: Description) -> Iterator[Finding]:
         if drive.ratio == 0:
             yield Finding(WARNING, where, f"mimics {joint.mimic.joint!r} with multiplier 0: it does not move", joint.line)
         elif joint.name in ignored and joint.limits.lower < joint.limits.upper:
-            message = f"its limits leave {leaders[drive.column]!r}, which it mimics, no room: they are ignored"
+            message = f"its limits leave no range for {leaders[drive.column]!r}, which it mimics: they are ignored"
             yield Finding(WARNING, where, message, joint.line)
         elif (narrowed := _narrowed(joint, drive, own[leaders[drive.column]])) is not None:
             message = f"its limits narrow {leaders[drive.column]!r}, which it mimics, to {narrowed[0]:.4g} to {narrowed[1]:.4g}"
@@ -104,7 +104,7 @@ def hull_findings(robot: Robot) -> Iterator[Finding]:
     if often:
         words = [f"{pair.link_a} and {pair.link_b} at {pair.touched} ({pair.touched / pair.samples:.0%})" for pair in often]
         severity = WARNING if often[0].touched >= _MOSTLY * often[0].samples else NOTE
-        yield Finding(severity, "document", f"hulls touch, of {often[0].samples} random q: {listed(words)}. {_WAYS}")
+        yield Finding(severity, "document", f"hulls touch at some of {often[0].samples} random q: {listed(words)}. {_WAYS}")
     touching = {frozenset((pair.link_a, str(pair.link_b))) for pair in home if pair.signed_distance <= 0.0}
     at_home = [" and ".join(sorted(links)) for links in touching if not meshed.isdisjoint(links)]
     if at_home:

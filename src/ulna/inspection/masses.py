@@ -56,7 +56,7 @@ def _faults(inertia: Inertia) -> Iterator[str]:
     elif least <= _ZERO * most:
         yield f"inertia is not positive definite: a moment of {0 if abs(least) <= _ZERO * most else least:.3g}"
     elif least + middle < most * (1 - ROUNDING):
-        yield f"inertia of no body: moments {least:.3g} + {middle:.3g} < {most:.3g}"
+        yield f"inertia of no real body: moments {least:.3g} + {middle:.3g} < {most:.3g}"
 
 
 class _Part(NamedTuple):
@@ -124,9 +124,9 @@ def _without_mass(description: Description) -> Iterator[Finding]:
             lacking.append(part.joint.child)
         if given and has_shapes and not any(inertia.mass or inertia.tensor.any() for inertia in given):
             massless[links[part.joint.child]] = f"by {part.joint.name}"
-    yield from _together(massless, "moved, with a mass of 0 kg", "No force moves such a part by itself")
+    yield from _together(massless, "has a mass of 0 kg and is moved", "No force can move such a part by itself")
     if lacking:
-        yield Finding(WARNING, "document", f"moved, and without the inertia that other links have: {listed(lacking)}")
+        yield Finding(WARNING, "document", f"moved, but without an inertia, which other links have: {listed(lacking)}")
 
 
 def _parts(description: Description, links: dict[str, Link]) -> list[_Part]:

@@ -55,7 +55,7 @@ def pieces_of_file(path: Path, announce: Callable[[str], object] = lambda _: Non
     found = kept_pieces.read(file, kept_pieces.from_bytes)
     if found is None:
         vertices, faces = reader.merged(reader.read_scene(path, data))
-        announce(f"decomposing {path.name} ({len(faces)} triangles); it is kept for the next time")
+        announce(f"decomposing {path.name} ({len(faces)} triangles); it is cached for the next run")
         found = _decomposed(path, vertices, faces)
         kept_pieces.write(file, kept_pieces.to_bytes(found))
     return found

@@ -86,7 +86,7 @@ class MeshFiles:
         if uri.startswith(NETWORK):
             raise FileError(uri, "lies on the network, and nothing is downloaded: save it beside the description")
         if not packages:
-            raise FileError(uri, "leads out of its package, so it is not read")
+            raise FileError(uri, "lies outside its package, so it is not read")
         admitted = [path for path, package in packages.items() if package is not None or self.readable.admits(str(path))]
         found = [path for path in admitted if path.is_file()]
         given = places(uri, None, self.package_dirs)
@@ -96,7 +96,7 @@ class MeshFiles:
             reason = "" if package is None else self.readable.admit_package(package, given=path in given)  # for its textures too
             if not reason and self.readable.admits(path):
                 return path
-            advice = f"{package} {reason}; if it is the package: package_dirs=[{str(package)!r}]"
+            advice = f"{package} {reason}; if it is the right package: package_dirs=[{str(package)!r}]"
             reasons.append(advice if reason else f"{_OUTSIDE}; {self._advice(path)}")
         raise FileError(uri, reasons[0] if reasons else self._refusal(uri, packages, admitted))
 
@@ -108,13 +108,13 @@ class MeshFiles:
         if outside and not any(".." in Path(uri).parts or path.is_absolute() for path in outside):
             return f"is relative, and text has no folder: give package_dirs=[FOLDER], where FOLDER/{uri} is the file"
         if outside and not admitted:
-            return f"{_OUTSIDE}; and no file is there"
+            return f"{_OUTSIDE}; and it does not exist"
         tried = f"no such file; tried {'; '.join(map(str, admitted))}"
         if twin := next((twin for path in admitted if (twin := case_twin(path)) is not None), None):
             return f"{tried}. Only upper and lower case differ from {twin}: rename one of them"
         package = next((uri.partition("://")[2].partition("/")[0] for path in packages.values() if path is not None), "")
         missing = package and not any(path is not None and path.is_dir() for path in packages.values())
-        return f"{tried}. package_dirs=[...] names the folder in which the package {package!r} lies" if missing else tried
+        return f"{tried}. package_dirs=[...] names the folder that contains the package {package!r}" if missing else tried
 
     def _advice(self, path: Path) -> str:
         """Advise an argument of ``load`` that admits a file: its common folder with the description, or its own folder."""
@@ -123,7 +123,7 @@ class MeshFiles:
         if self.folder is not None:
             common = Path(os.path.commonpath([real.parent, self.folder.resolve()]))
             shared = real.parent if home.is_relative_to(common) or len(common.parts) < _SHALLOWEST else common
-        return f"if it is meant: package_dirs=[{str(shared)!r}] (--package-dir {shared})"
+        return f"to allow it: package_dirs=[{str(shared)!r}] (--package-dir {shared})"
 
 
 _SHALLOWEST = 3  # parts of a path: "/", "home", "me"
@@ -143,7 +143,7 @@ def with_mesh_paths(kind: str, text: str, folder: Path | None, package_dirs: Ite
     found = {uri: resolve_uri(uri, folder, package_dirs) for uri in dict.fromkeys(e.get("filename", "") for e in named)}
     missing = [uri for uri, (path, _) in found.items() if path is None]
     for uri in missing[:1]:
-        tried = "; ".join(map(str, found[uri][1])) or "nothing, for it leads out of its package"
+        tried = "; ".join(map(str, found[uri][1])) or "nothing, because it lies outside its package"
         others = (
             f" ({len(missing) - 1} more of this robot {'is' if len(missing) == 2 else 'are'} missing)" if len(missing) > 1 else ""
         )

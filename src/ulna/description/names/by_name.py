@@ -49,7 +49,7 @@ def find_by_name(name: str) -> Named:
         **dict.fromkeys(examples, "example-robot-data"),
         **dict.fromkeys(BUNDLED, "bundled"),
     }
-    raise FileError(name, f"no such file{twin_in_words(name)}; nor is it a robot's name{_near(name, known)}{_more()}")
+    raise FileError(name, f"no such file{twin_in_words(name)}; and not a robot's name{_near(name, known)}{_more()}")
 
 
 @dataclass(frozen=True)
@@ -154,4 +154,4 @@ def _plain(name: str) -> str:
 
 def _more() -> str:
     missing = packages_to_install()
-    return f"; more robots come by name with: pip install {' '.join(missing)}" if missing else ""
+    return f"; for more robots: pip install {' '.join(missing)}" if missing else ""

@@ -48,7 +48,7 @@ class Elements(Reader):
         stated = re.fullmatch(r"([0-9]{1,4})\.([0-9]{1,4})", self.root.get("version", ""))
         if self.root.tag != "sdf" or stated is None:
             root = f"<{self.root.tag} version={cited(self.root.get('version'))}>"
-            raise self.fail(self.root, f'{root} is no SDF that is read: <sdf version="1.9"> is expected, or another version')
+            raise self.fail(self.root, f'{root} is not a supported SDF: <sdf version="1.9"> is expected, or another version')
         version = int(stated[1]), int(stated[2])
         if not OLDEST <= version <= NEWEST:
             oldest, newest = _words(OLDEST), _words(NEWEST)
@@ -59,7 +59,7 @@ class Elements(Reader):
     def since(self, version: tuple[int, int], element: etree._Element, what: str) -> None:
         """Refuse a feature that is newer than the document's version, and that other programs ignore."""
         if self.version < version:
-            advice = f'write <sdf version="{_words(version)}"> if it is meant'
+            advice = f'if this is intended, write <sdf version="{_words(version)}">'
             message = f"{what} is of SDF {_words(version)}, and this document is of {_words(self.version)}: {advice}"
             raise self.place(element).fail(message)
 
@@ -83,7 +83,7 @@ class Elements(Reader):
         """The name of an element, or the one that an include gives it; raises an error for SDF's reserved names."""
         name = given or self.attribute(element, "name")
         if name == WORLD or (name.startswith("__") and name.endswith("__")) or len(name) > _LONGEST_NAME:
-            message = f"is kept by SDF for itself, or longer than {_LONGEST_NAME} letters; give it another"
+            message = f"is reserved by SDF, or longer than {_LONGEST_NAME} letters; give it another"
             raise self.fail(element, f"<{element.tag}>: the name {cited(name)} {message}")
         return name
 
@@ -162,7 +162,7 @@ class Elements(Reader):
             if inertial is None:
                 return None
             if self.truth(inertial, inertial.get("auto", ""), "auto"):
-                raise self.place(inertial).fail("auto computes an inertia from shapes, which is not done here")
+                raise self.place(inertial).fail("auto, an inertia computed from shapes, is not supported")
             base, at = self.pose_of(inertial)
             if base:
                 raise self.place(inertial).fail("its <pose> has relative_to, which SDFormat refuses")

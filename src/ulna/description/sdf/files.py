@@ -83,7 +83,7 @@ class ModelFiles:
         scheme, _, rest = address.partition("://")
         if scheme in ("model", "package") and places(address, files.folder, files.package_dirs).get(path) is None:
             name = rest.partition("/")[0]
-            raise FileError(address, f"no such file; package_dirs=[...] names the folder in which the model {name!r} lies")
+            raise FileError(address, f"no such file; package_dirs=[...] names the folder that contains the model {name!r}")
         return path
 
     def root(self, path: Path) -> etree._Element:

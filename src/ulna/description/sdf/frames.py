@@ -62,7 +62,7 @@ class Frames:
     def add(self, key: str, frame: Frame) -> None:
         """Add a frame, whose name must be new."""
         if key in self.frames or f"{key}::{MODEL}" in self.frames:
-            raise frame.place.fail("its name is that of another link, joint, frame or model beside it")
+            raise frame.place.fail("another link, joint, frame or model of the same model has its name")
         self.frames[key] = frame
         if frame.kind == "link":
             self.bodies[key] = key

@@ -75,7 +75,7 @@ class Joints(Elements):
         if frame:
             self.since(FRAMES_SINCE, element, "expressed_in")
         if element.find("use_parent_model_frame") is not None and self.version >= FRAMES_SINCE:
-            raise place.fail('use_parent_model_frame is of SDF 1.5 and 1.6; <xyz expressed_in="__model__"> says it')
+            raise place.fail('use_parent_model_frame is of SDF 1.5 and 1.6; write <xyz expressed_in="__model__">')
         if self.version < JOINT_AXES_SINCE or self.is_true(element, "use_parent_model_frame"):
             frame = MODEL
         return frames.between(key, frames.find(scope, frame, place))[:3, :3] @ axis / length if frame else axis / length

@@ -18,7 +18,7 @@ from ulna.errors import DescriptionError, FileError, listed
 
 _MAX_LEVELS, _LONGEST_SCOPE = 32, 1000  # nested models, and letters of their names together
 _PARTS = ("link", "joint", "frame", "model", "include")
-_ALONE = "save the robot's model in a file of its own"
+_ALONE = "save the robot's model in a separate file"
 
 
 def read_sdf(document: Document) -> Description:
@@ -83,7 +83,7 @@ class _Models(Joints):
     def world_model(self, world: etree._Element) -> str:
         """Collect the model of a world that is not static, or its only one; the others are omitted."""
         if (tie := world.find("joint")) is not None:
-            raise self.place(tie).fail(f"is a joint of the world, which ties models; {_ALONE}")
+            raise self.place(tie).fail(f"is a joint of the world, which connects models; {_ALONE}")
         found, fault = self.models_of(world)
         moving = [one for one in found if not one.is_static]
         if fault is not None and not moving:
@@ -95,7 +95,7 @@ class _Models(Joints):
         chosen = candidates[0]
         for other in (one for one in found if one is not chosen):
             self.leave_out(
-                other.element, "is static, and not the robot, so it is left out; ulna.World has what is around a robot"
+                other.element, "is static and not the robot, so it is left out; ulna.World contains the objects around a robot"
             )
         for frame in world.iterfind("frame"):
             self.frame(frame, OUTSIDE)
@@ -125,7 +125,7 @@ class _Models(Joints):
         """Collect a model in the scope ``outer``; returns its name. Its frames are named ``scope`` plus their name."""
         name, place, robot = self.name(model, given.name), self.place(model), self.robot
         if scope.count("::") > _MAX_LEVELS or len(scope) > _LONGEST_SCOPE:
-            raise place.fail(f"is in more than {_MAX_LEVELS} models in one another, or their names are too long")
+            raise place.fail(f"is in more than {_MAX_LEVELS} nested models, or their names are too long")
         canonical, placement = model.get("canonical_link", ""), model.get("placement_frame", "")
         if canonical or placement:
             self.since(FRAMES_SINCE, model, "canonical_link" if canonical else "placement_frame")
@@ -137,7 +137,7 @@ class _Models(Joints):
         if not scope:
             robot.is_static = is_static
         elif is_static and not robot.is_static:
-            raise place.fail("is static in a model that is not, so it is no part of a tree of joints")
+            raise place.fail("is static in a model that is not, so it is not part of a tree of joints")
         base, T = self.pose_of(model) if given.pose is None else given.pose
         base = base or (MODEL if scope else WORLD)
         frame = Frame("model", place, outer, base, T, canonical or self.name_of(bodies[0]))

@@ -55,7 +55,7 @@ def expand_xacro(document: Document, xacro_args: Mapping[str, object], max_secon
     for name in arguments:
         if name not in declared and name not in expanded["asked"]:
             known = sorted(declared | (set(expanded["asked"]) - set(arguments)))
-            _warn(f"{source} has no argument {name!r}, so that of xacro_args changes nothing{did_you_mean(name, known)}")
+            _warn(f"{source} has no argument {name!r}, so its value in xacro_args has no effect{did_you_mean(name, known)}")
     try:
         expanded["urdf"].decode()
     except UnicodeDecodeError as error:
@@ -79,7 +79,7 @@ def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str,
             child.kill()
             words = last_words(child, child.communicate()[1])
             if late.is_set():
-                raise DescriptionError(f"xacro: no end within {seconds:g} s; expansion stopped", source) from None
+                raise DescriptionError(f"xacro: not finished within {seconds:g} s; expansion stopped", source) from None
             limits = _limits(MEMORY_LIMIT_BYTES, seconds, left_out)
             raise DescriptionError(f"xacro: the expansion died ({words}); {limits}", source) from None
     if "error" in done:

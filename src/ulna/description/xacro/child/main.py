@@ -115,7 +115,7 @@ def _teach_xacro(parent: Parent, arguments: Arguments, file: str | None, folder:
     """Replace the functions with which xacro evaluates expressions and reads files; relative paths start in ``folder``."""
     missing = [f"{module.__name__}.{name}" for module, names in _USED.items() for name in names if not hasattr(module, name)]
     if missing:
-        raise RefusedError(f"this version of the package xacro is not known here (no {missing[0]}); 2.1.1 is")
+        raise RefusedError(f"this version of the package xacro is not supported (no {missing[0]}); 2.1.1 is")
     for module in _USED:
         _without_python(module, parent)
     beside = xacro.abs_filename_spec
