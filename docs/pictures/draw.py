@@ -29,7 +29,7 @@ from benchmarks.depth_camera import Camera as DepthCamera
 from ulna.description.names.by_name import known_robots
 from ulna.kernels.servo.braking import write_velocity_box
 from ulna.reachability.plot import draw
-from ulna.servo.entries.tick import EASE, RESERVE
+from ulna.servo.entries.tick import APPROACH_TIME, RESERVE
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.film import Film, write_film
 from ulna.viewer.film.painter import Ground, Painter, Picture
@@ -332,7 +332,7 @@ class ServoMoment:
         self.stop, certified = self.qd * (1 - 1 / of_stop), self.q + self.qd * self.tick * of_stop / 2
         g = self.robot.distance_gradient(certified, self.world, self_collision=False)
         excess = float(self.robot.signed_distance(certified, self.world, self_collision=False)) - self.clearance
-        nearer = -self.tick / (self.tick + EASE) * max(excess - RESERVE, 0.0)
+        nearer = -self.tick / (self.tick + APPROACH_TIME) * max(excess - RESERVE, 0.0)
         one = np.eye(2)
         rest = self.q + self.tick * self.qd / 2
         self.rows = [("acceleration", -one[j], -self.qd[j] - change) for j in (0, 1)]

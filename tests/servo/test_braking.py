@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ulna.kernels.servo.braking import (
-    go_on_stopping,
-    stop_keeps,
+    continue_stop,
+    stop_is_within_limits,
     stop_velocity,
     write_stop,
     write_tick,
@@ -30,7 +30,7 @@ def moving(rng):
         counters.done = 0
         if (state["rest_q"] >= limits["lower"]).all() and (state["rest_q"] <= limits["upper"]).all():
             for _ in range(rng.integers(ticks + 1)):
-                go_on_stopping(state, counters, settings)
+                continue_stop(state, counters, settings)
             return limits, settings, state, counters
 
 
@@ -46,7 +46,7 @@ def test_any_velocity_of_the_box_keeps_the_limits_until_the_arm_rests(rng):
             q, qd, after = state["q"], state["qd"], JointState.records(N)
             ticks = write_tick(x, state, limits, settings, after)
             assert ticks <= n
-            assert stop_keeps(after, limits, settings, ticks)
+            assert stop_is_within_limits(after, limits, settings, ticks)
             np.testing.assert_allclose(
                 [after["q"], after["qd"], after["qdd"]], [q + (qd + x) * TICK / 2, x, (x - qd) / TICK], rtol=0, atol=1e-12
             )
@@ -82,11 +82,11 @@ def test_a_stop_is_a_straight_line_of_constant_deceleration(rng):
             counters.ticks,
         )
         while counters.done < n:
-            go_on_stopping(state, counters, settings)
+            continue_stop(state, counters, settings)
             t = counters.done * TICK
             np.testing.assert_allclose(state["q"], start + rate * t - rate / (n * TICK) * t * t / 2, atol=1e-12)
             np.testing.assert_allclose(state["qd"], rate - rate / (n * TICK) * t, atol=1e-12)
-        go_on_stopping(state, counters, settings)
+        continue_stop(state, counters, settings)
         if n > 0:
             np.testing.assert_array_equal(state["q"], end)
         assert not state["qd"].any()

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from matrix import matrix
-from ulna.kernels.servo.braking import go_on_stopping, stop_velocity, write_velocity_box
+from ulna.kernels.servo.braking import continue_stop, stop_velocity, write_velocity_box
 from ulna.kernels.servo.ramped_stop import (
-    ramped_moment,
-    ramped_stop_keeps,
+    ramped_state,
+    ramped_stop_is_within_limits,
     ramped_travel,
-    ramped_way,
-    rest_of_zero,
+    ramped_travel_per_velocity,
+    rest_of_zero_velocity,
     write_ramped_stop,
     write_ramped_tick,
 )
@@ -40,7 +40,7 @@ def limited(rng, ramp):
 def accept(x, limits, settings, state, counters):
     after = JointState.records(N)
     counters.ticks, counters.done = write_ramped_tick(x, state, limits, settings, after), 0
-    kept = ramped_stop_keeps(after, limits, settings, counters.ticks)
+    kept = ramped_stop_is_within_limits(after, limits, settings, counters.ticks)
     state[:] = after
     return kept
 
@@ -65,12 +65,12 @@ def stop(limits, settings, state, counters):
     state, counters, end = state.copy(), counters.copy(), state["rest_q"].copy()
     while counters.done < counters.ticks:
         before = now(state)
-        go_on_stopping(state, counters, settings)
+        continue_stop(state, counters, settings)
         keeps(before, state, limits)
     np.testing.assert_array_equal(state["q"], end)
     assert not np.any([state["qd"], state["qdd"]])
     before = state.copy()
-    go_on_stopping(state, counters, settings)
+    continue_stop(state, counters, settings)
     np.testing.assert_array_equal(state, before)
 
 
@@ -87,7 +87,7 @@ def test_any_velocity_of_the_box_keeps_the_limits_until_the_arm_rests(rng, ramp)
             before = now(state)
             ticks, none = ticks + 1, none + (n < 0)
             if n < 0 or rng.random() < 0.15:
-                go_on_stopping(state, counters, settings)
+                continue_stop(state, counters, settings)
             else:
                 assert (box[:N] <= box[N:]).all()
                 low, high = box[:N], box[N:]
@@ -111,12 +111,12 @@ def test_where_it_rests_is_linear_in_the_velocity_that_is_left(rng, ramp):
         x = rng.uniform(-1, 1, N) * limits["speed"]
         after = JointState.records(N)
         n = write_ramped_tick(x, state, limits, settings, after)
-        zero = np.array([rest_of_zero(state, settings, j) for j in range(N)])
-        np.testing.assert_allclose(zero + ramped_way(settings, n) * x, after["rest_q"], rtol=0, atol=1e-10)
+        zero = np.array([rest_of_zero_velocity(state, settings, j) for j in range(N)])
+        np.testing.assert_allclose(zero + ramped_travel_per_velocity(settings, n) * x, after["rest_q"], rtol=0, atol=1e-10)
         if counters.done + 1 < counters.ticks:
             known = np.array([stop_velocity(state, counters, settings, j) for j in range(N)])
             write_ramped_tick(known, state, limits, settings, after)
-            go_on_stopping(state, counters, settings)
+            continue_stop(state, counters, settings)
             np.testing.assert_allclose(now(after), now(state), rtol=0, atol=1e-10)
 
 
@@ -135,7 +135,7 @@ def test_the_way_to_and_fro_is_bounded_and_known_where_nothing_turns_back(rng, r
                 q, v, a, jerk = *now(state)[:, j], (after[j].qdd - state[j].qdd) / TICK
                 places = list((q + T * (v + T * (a / 2 + T * jerk / 6))).ravel())
                 if n > 0:
-                    places += [ramped_moment(after, settings, n, k, j)[0] for k in np.linspace(0, n, 16 * n + 1)]
+                    places += [ramped_state(after, settings, n, k, j)[0] for k in np.linspace(0, n, 16 * n + 1)]
                 steps, most = np.diff(places), ramped_travel(state, after, settings, n, j)
                 assert np.abs(steps).sum() <= most + 1e-12
                 if (steps >= 0).all() and (state[j].qd + a * TICK / 2 >= 0) and x[j] >= 0:
@@ -148,9 +148,9 @@ def test_the_way_to_and_fro_is_bounded_and_known_where_nothing_turns_back(rng, r
 def test_a_stop_from_rest_takes_no_tick_and_one_that_is_too_long_is_refused(rng):
     limits, settings, state, _ = limited(rng, 2)
     assert write_ramped_stop(state, limits, settings) == 0
-    assert ramped_stop_keeps(state, limits, settings, 0)
+    assert ramped_stop_is_within_limits(state, limits, settings, 0)
     state[0].qd = limits[0].speed
     state[0].q = limits[0].upper - 1e-4
     n = write_ramped_stop(state, limits, settings)
     assert n >= 6
-    assert not ramped_stop_keeps(state, limits, settings, n)
+    assert not ramped_stop_is_within_limits(state, limits, settings, n)

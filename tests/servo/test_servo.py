@@ -462,14 +462,14 @@ def test_a_hull_comes_as_near_as_any_shape(seed):
 def test_a_tick_tries_few_shares_and_the_next_one_the_others():
     """Whichever share is the only free one, it is found within three ticks; and a greater one is tried after each success."""
     for only in range(len(driver.SHARES)):
-        for begin in range(len(driver.SHARES) - driver.TRIES + 1):
+        for begin in range(len(driver.SHARES) - driver.MAX_TRIES + 1):
             first, ticks = begin, 1
-            while only not in range(first, first + driver.TRIES):
+            while only not in range(first, first + driver.MAX_TRIES):
                 first, ticks = driver.next_share(first, -1), ticks + 1
             assert ticks <= 3
             first = driver.next_share(first, only)
-            assert max(only - 1, 0) in range(first, first + driver.TRIES)
-            assert only in range(first, first + driver.TRIES)
+            assert max(only - 1, 0) in range(first, first + driver.MAX_TRIES)
+            assert only in range(first, first + driver.MAX_TRIES)
 
 
 def test_a_velocity_of_0_in_a_file_means_not_known_where_one_is_given():

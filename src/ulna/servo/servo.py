@@ -145,7 +145,7 @@ class Servo:
         limits["lower"], limits["upper"] = tree.lower_finite, tree.upper_finite
         limits["speed"] = np.where(still, 0.0, np.minimum(WITHIN * speeds, np.minimum(LARGEST, WITHIN * own)))
         limits["acceleration"], limits["tracking_error"] = accelerations, aside
-        limits["jerk"], limits["room"] = 0.0 if jerks is None else jerks, np.where(still, 0.0, ESCAPE_MARGIN * least)
+        limits["jerk"], limits["escape_margin"] = 0.0 if jerks is None else jerks, np.where(still, 0.0, ESCAPE_MARGIN * least)
         one = settings[0]
         one.period, one.clearance, one.damping, one.ramp, one.lag = tick, clearance, _DAMPING**2, ramp, tick * (1 + ramp)
         if request.posture is not None:
@@ -184,7 +184,10 @@ class Servo:
 
     @property
     def certified_stop(self) -> tuple[Array, Array]:
-        """Positions where the arm would come to rest [rad or m], and bounds of its speeds until then; each of shape (n_dof,)."""
+        """Positions where the arm would come to rest [rad or m], and bounds of its speeds until then.
+
+        Two arrays of shape (n_dof,).
+        """
         joints, settings = self._now.joints, self._settings[0]
         left = joints["qd"] + joints["qdd"] * settings.ramp * settings.period
         return joints["rest_q"].copy(), np.maximum(np.abs(joints["qd"]), np.abs(left))

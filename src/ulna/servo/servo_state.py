@@ -42,7 +42,7 @@ class ServoState(NamedTuple):
         return cls(JointState.records(n_dof), StopCounters.records(), MovingObject.records(0), np.zeros(2), None, (), None, None)
 
     def before_tick(self, objects: Objects, ticks: int) -> "ServoState":
-        """Copy the state for a tick to write to, with the current objects of the world. ticks: The number of the tick."""
+        """Copy the state for tick number ``ticks`` to write to, with the current objects of the world."""
         joints, counters = copied(self.joints), copied(self.counters)
         if objects is self.objects:
             moving = copied(self.moving) if self.reported else self.moving

@@ -1,1 +1,1 @@
-"""Formulas of a servo: the desired motion, the quadratic program and the full stop."""
+"""Formulas of a servo: the desired motion, the quadratic program and the braking trajectory."""

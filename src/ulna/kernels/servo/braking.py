@@ -1,47 +1,47 @@
-"""Computes the full stop of all joints, and the velocities after which there is one within the limits.
+"""Computes the braking trajectory of all joints, and the velocities after which one exists within the limits.
 
-The stop is synchronized: all joints rest after the same number of ticks n, each with a constant deceleration. So q moves on a
-straight line, from q to q + qd n h / 2 with ticks of length h, and one certified edge decides on all of it. After k ticks
+All joints come to rest after the same number of ticks n, each with a constant deceleration. With ticks of length h, q moves on a
+straight line from q to q + qd n h / 2. So one certified edge covers the whole trajectory. After k ticks
 
     q_k = q + x (2 - x) (end - q),    qd_k = (1 - x) qd,    x = k / n.
 
-Acceleration is constant in a tick too. After a tick with velocity v at its end and a stop of n ticks, a joint rests at
+Acceleration is constant within a tick too. After a tick with velocity v at its end and a stop of n ticks, a joint rests at
 
     q + h (qd + v) / 2 + n h v / 2,
 
-which is linear in v. So for each n the velocities v that keep the limits of position, speed and acceleration in the tick and in
-the stop after it are a box. For the n that the certified stop has left after this tick, that stop's own velocity is in the box:
-the box is never empty. In the tick the joint stays between its limits too: where it turns back, it does so no later than in the
-certified stop, at the same or a greater deceleration.
+which is linear in v. So for each n the limits of position, speed and acceleration, in the tick and in the stop, are bounds of v:
+a box. After this tick the current braking trajectory has some number of ticks left. For this n its own velocity is in the box, so
+the box is never empty. In the tick the joint stays between its limits too. Where it turns back, it does so no later than along
+the current braking trajectory, at the same or a greater deceleration.
 
-With a limit of jerk ticks and stops are those of ``ramped_stop``, and v is what it calls x. The functions here that take the
-settings compute one or the other, so that who calls them need not ask.
+With a limit of jerk, ticks and stops are those of ``ramped_stop``, and v is the x of that module. The functions here that take
+the settings compute one or the other, so callers need not distinguish the two.
 """
 
 from ulna.engine.decorators import kernel
 from ulna.kernels.servo.ramped_stop import (
-    BEYOND,
+    POSITION_ROUNDING,
     ROUNDING,
-    bend_moment,
-    go_on_with_ramp,
-    left_after_one_more,
-    limit_of_ramp,
-    ramped_stop_keeps,
+    bend_state,
+    continue_ramped_stop,
+    ramped_limit_reached,
+    ramped_stop_is_within_limits,
     ramped_travel,
-    ramped_way,
-    rest_of_zero,
+    ramped_travel_per_velocity,
+    rest_of_zero_velocity,
+    velocity_left_after_tick,
     write_ramped_box,
     write_ramped_stop,
     write_ramped_tick,
 )
 from ulna.kernels.servo.servo_records import LIMITED_BY_ACCELERATION, LIMITED_BY_POSITION, LIMITED_BY_VELOCITY
 
-STILL = 1e-7  # of the velocity of one tick of acceleration: at rest
+REST_TOLERANCE = 1e-7  # share of the velocity of one tick of acceleration; slower counts as rest
 
 
 @kernel
 def ticks_to_stop(state, limits, period):
-    """Number of ticks that the stop from the velocity of a state takes."""
+    """Compute the number of ticks of the stop from the velocity of a state."""
     most = 0.0
     for j in range(state.shape[0]):
         most = max(most, abs(state[j].qd) / (limits[j].acceleration * period))
@@ -51,16 +51,16 @@ def ticks_to_stop(state, limits, period):
 
 @kernel
 def write_tick(x_rows, state, limits, settings, after):
-    """Write the state after a tick that ends with these velocities, and the stop from there; how many ticks that takes.
+    """Write the state after a tick that ends with these velocities, and the stop from there; return its ticks.
 
-    after: as the state is. A tick that nearly ends at rest, and can, does.
+    after: Has the shape of the state. If the tick ends nearly at rest, and can end at rest, it does.
     """
     if settings.ramp > 0.0:
         return write_ramped_tick(x_rows, state, limits, settings, after)
     h, still = settings.period, True
     for j in range(x_rows.shape[0]):
         change = limits[j].acceleration * h
-        still = still and abs(x_rows[j]) <= STILL * change and abs(state[j].qd) <= change
+        still = still and abs(x_rows[j]) <= REST_TOLERANCE * change and abs(state[j].qd) <= change
     for j in range(x_rows.shape[0]):
         after[j].qd = 0.0 if still else x_rows[j]
         after[j].q = state[j].q + 0.5 * h * (state[j].qd + after[j].qd)
@@ -70,7 +70,7 @@ def write_tick(x_rows, state, limits, settings, after):
 
 @kernel
 def write_stop(state, limits, settings):
-    """Write the stop that begins at a state; how many ticks it takes."""
+    """Write the stop that begins at a state; return its number of ticks."""
     if settings.ramp > 0.0:
         return write_ramped_stop(state, limits, settings)
     ticks = ticks_to_stop(state, limits, settings.period)
@@ -81,35 +81,35 @@ def write_stop(state, limits, settings):
 
 
 @kernel
-def stop_keeps(state, limits, settings, ticks):
-    """Whether the stop of so many ticks that a state begins is within the limits that ``write_stop`` does not see to."""
+def stop_is_within_limits(state, limits, settings, ticks):
+    """Whether the stop of a state, of so many ticks, keeps the limits that ``write_stop`` does not ensure."""
     if settings.ramp > 0.0:
-        return ramped_stop_keeps(state, limits, settings, ticks)
+        return ramped_stop_is_within_limits(state, limits, settings, ticks)
     good = True
     for j in range(state.shape[0]):
-        good = good and limits[j].lower - BEYOND <= state[j].rest_q <= limits[j].upper + BEYOND
+        good = good and limits[j].lower - POSITION_ROUNDING <= state[j].rest_q <= limits[j].upper + POSITION_ROUNDING
     return good
 
 
 @kernel
 def stop_velocity(state, counters, settings, j):
-    """The velocity of entry j of q after one more tick of the certified stop."""
+    """Velocity of entry j of q after one more tick of the braking trajectory."""
     if settings.ramp > 0.0:
-        return left_after_one_more(state, counters, settings, j)
+        return velocity_left_after_tick(state, counters, settings, j)
     n, done = counters.ticks, counters.done
     return 0.0 if n - done <= 1 else (1.0 - (done + 1) / n) * state[j].start_qd
 
 
 @kernel
-def go_on_stopping(state, counters, settings):
-    """Write the state after one more tick of the certified stop."""
+def continue_stop(state, counters, settings):
+    """Write the state after one more tick of the braking trajectory."""
     n, n_dof = counters.ticks, state.shape[0]
     if counters.done >= n:
         for j in range(n_dof):
             state[j].qd, state[j].qdd = 0.0, 0.0
         return
     if settings.ramp > 0.0:
-        go_on_with_ramp(state, counters, settings)
+        continue_ramped_stop(state, counters, settings)
         counters.done += 1
         return
     x = (counters.done + 1) / n
@@ -122,24 +122,30 @@ def go_on_stopping(state, counters, settings):
 
 
 @kernel
-def way_to_rest(settings, ticks):
-    """How far a velocity at the end of a tick moves a joint in the tick and in the stop after it [s]: the factor of v above."""
-    return ramped_way(settings, ticks) if settings.ramp > 0.0 else 0.5 * settings.period * (1 + ticks)
+def travel_per_velocity(settings, ticks):
+    """Travel until rest per velocity at the end of the tick [s]: the factor of v in the formula above.
+
+    It includes the tick and the stop of so many ticks after it.
+    """
+    return ramped_travel_per_velocity(settings, ticks) if settings.ramp > 0.0 else 0.5 * settings.period * (1 + ticks)
 
 
 @kernel
-def beyond_rest_of_zero(state, settings, j):
-    """How far beyond it the certified stop ends: beyond where entry j rests if the velocity after this tick is 0."""
+def rest_offset(state, settings, j):
+    """Distance [rad or m] to the end of the braking trajectory, from where entry j would rest with velocity 0.
+
+    That is the velocity at the end of this tick.
+    """
     if settings.ramp > 0.0:
-        return state[j].rest_q - rest_of_zero(state, settings, j)
+        return state[j].rest_q - rest_of_zero_velocity(state, settings, j)
     return state[j].rest_q - state[j].q - 0.5 * settings.period * state[j].qd
 
 
 @kernel
 def travel(state, after, settings, ticks, j):
-    """A bound on how far entry j moves in all, forth and back added, in a tick and in the stop of so many ticks after it.
+    """Upper bound of the travel of entry j in a tick and the stop after it, back and forth added.
 
-    Without a limit of jerk it is that from where the tick begins to where it ends, and from there to where the stop ends.
+    Without a limit of jerk it is the distance of the tick plus that of the stop.
     """
     if settings.ramp > 0.0:
         return ramped_travel(state, after, settings, ticks, j)
@@ -147,21 +153,22 @@ def travel(state, after, settings, ticks, j):
 
 
 @kernel
-def curve_moment(state, settings, ticks, before, t, j):
-    """Position and acceleration of entry j at a time in the curve that leads to the line of a stop of so many ticks.
+def curve_state(state, settings, ticks, before, t, j):
+    """Position and acceleration of entry j at a time t of the curve before the straight line of a stop.
 
-    state: Where the stop begins; t: from there on, below 0 in the tick before it; before: the acceleration where that begins.
+    state: The state where the stop begins. t: The time from there on, negative in the tick before it. before: The acceleration at
+    the beginning of that tick.
     """
     if settings.ramp > 0.0:
-        return bend_moment(state, settings, ticks, before, t, j)
+        return bend_state(state, settings, ticks, before, t, j)
     return state[j].start_q + t * (state[j].start_qd + 0.5 * t * state[j].qdd), state[j].qdd
 
 
 @kernel
 def limit_reached(x, state, limits, settings, ticks, j):
-    """Which limit a velocity of entry j is at, that is at a border of the box for a stop of so many ticks: a status."""
+    """Status of the limit that a velocity of entry j has reached, at the border of its box."""
     if settings.ramp > 0.0:
-        return limit_of_ramp(x, state, limits, settings, ticks, j)
+        return ramped_limit_reached(x, state, limits, settings, ticks, j)
     if abs(x) >= limits[j].speed * (1.0 - 1e-9):
         return LIMITED_BY_VELOCITY
     change = abs(x - state[j].qd) / (limits[j].acceleration * settings.period)
@@ -170,27 +177,31 @@ def limit_reached(x, state, limits, settings, ticks, j):
 
 @kernel
 def write_velocity_box(state, counters, limits, settings, box_rows):
-    """Write the lower and the upper bounds of the velocities at the end of the tick, 2 n_dof rows; return the ticks of the stop.
+    """Write the lower and upper bounds of the velocities at the end of the tick, 2 n_dof rows.
 
-    One tick more than the certified stop has left is tried first, then as many, and last one fewer. In the last box is the
-    velocity of the certified stop. With a limit of jerk there may be no velocity but that one: then -1 is returned.
+    Return the number of ticks of the stop. First try one tick more than the braking trajectory has left, then as many, then one
+    fewer. The last box contains the velocity of the braking trajectory. With a limit of jerk only that velocity may be possible:
+    then -1 is returned.
     """
     if settings.ramp > 0.0:
         return write_ramped_box(state, counters, limits, settings, box_rows)
     left = counters.ticks - counters.done
     for n in (left + 1, left):
-        if is_box(state, counters, limits, settings, n, box_rows, widened=False):
+        if write_box_of_stop(state, counters, limits, settings, n, box_rows, widened=False):
             return n
     n = max(left - 1, 0)
-    is_box(state, counters, limits, settings, n, box_rows, widened=True)
+    write_box_of_stop(state, counters, limits, settings, n, box_rows, widened=True)
     return n
 
 
 @kernel
-def is_box(state, counters, limits, settings, n, box_rows, widened):
-    """Write the bounds for a stop of n ticks; whether there is a velocity between them. Widened: to the certified stop's."""
+def write_box_of_stop(state, counters, limits, settings, n, box_rows, widened):
+    """Write the bounds for a stop of n ticks; return whether any velocity satisfies them.
+
+    widened: Whether the bounds are widened to include the velocity of the braking trajectory.
+    """
     n_dof, good, tick = box_rows.shape[0] // 2, True, settings.period
-    way = way_to_rest(settings, n)
+    way = travel_per_velocity(settings, n)
     for j in range(n_dof):
         most = min(limits[j].speed, limits[j].acceleration * tick * n)
         change, half = limits[j].acceleration * tick, 0.5 * tick * state[j].qd

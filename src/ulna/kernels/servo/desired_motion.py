@@ -1,16 +1,20 @@
-"""Writes the objective of a tick: which joint velocities are desired, and how far others are from that.
+"""Writes the objective of a tick: the desired joint velocities, and the cost of others.
 
-It is |x - v|^2 for a command in joint space. For hands with twists w it is the sum of c |J x - w|^2, with c the weight of a
-hand, and lambda |x - p|^2, with p the pull towards a posture: so p acts in the null space of all hands, and near a singularity
-the damping keeps x short without hiding a way out of it.
+For a goal in joint space with velocities v it is |x - v|^2. For hands with twists w it is the sum of
 
-A position is approached at the velocity v with v^2 / (2 a) + 4 h v = e, e being what is left and h the tick: far away that is the
-greatest velocity from which a deceleration a stops in time, and near it an exponential approach without overshoot. With a limit
-of jerk, h is longer by the m ticks of ``ramped_stop``, after which a velocity is reached: v' = (x - v) / h is damped critically.
+    c |J x - w|^2 over all hands, and lambda |x - p|^2.
 
-J is that of where the arm is, so near a singularity x may lead past the place that is nearest to a pose, and back, without end.
-Therefore no velocity is taken after which the arm would rest farther from the poses than after the certified stop
-(``pose_squares``). From rest a tick moves so little that x always leads nearer, unless there is nothing nearer.
+Here c is the weight of a hand, lambda the damping, and p the pull towards a posture. So p acts in the null space of all hands.
+Near a singularity the damping keeps x short.
+
+A position at a distance e is approached at the velocity v with v^2 / (2 a) + 4 h v = e. Here h is the duration of a tick. Far
+away v is the greatest velocity from which a deceleration a stops in time. Near the goal the approach is exponential, without
+overshoot. With a limit of jerk, h is longer by the m ticks of ``ramped_stop`` after which a velocity is reached. Then
+v' = (x - v) / h is critically damped.
+
+J belongs to the current configuration. So near a singularity x may lead past the configuration nearest to a pose, and back,
+without end. Therefore a tick rejects velocities after which the arm would rest farther from the poses than after the braking
+trajectory (``pose_squares``). From rest a tick moves so little that x always leads nearer, unless nothing is nearer.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -22,20 +26,21 @@ from ulna.kernels.layout import IN_BASE
 from ulna.kernels.servo.servo_records import HANDS, VELOCITY
 from ulna.kernels.spatial.se3 import load_pose
 
-_LOOKS = 4  # for joints at their limits
-_AT_LIMIT = 0.01  # [rad or m]: a joint that is nearer to its limit is there
-_LOST = 0.02  # what a singular value of J below it asks of the joints makes the others little slower
-_APPROACH = 4.0  # ticks: the time constant near a position
-ACROSS = 1e4  # the weight of what a hand does beside its twist, beside that of what it does along it
-SMALL = 1e-6  # [m/s, rad/s]: a slower desired motion counts as rest
-_SHARE = 0.7  # of the acceleration, with which a position is approached
+_MAX_PASSES = 4  # over the joints, to leave out those at their limits
+_AT_LIMIT = 0.01  # [rad or m]: a joint that is nearer to its limit counts as at its limit
+_DAMPING_OF_APPROACH = 0.02  # smaller singular values of J hardly slow the other joints
+_APPROACH_TICKS = 4.0  # ticks: time constant near a position
+WEIGHT_ACROSS = 1e4  # weight of the error across a twist, relative to the error along it
+MIN_TWIST = 1e-6  # [m/s, rad/s]: a slower desired motion counts as rest
+_ACCELERATION_SHARE = 0.7  # share of the acceleration for the approach to a position
 
 
 @kernel
 def write_objective(chains, goal, limits, settings, q_rows, arrays):
     """Write H and f of the quadratic program, as x' H x / 2 - f' x.
 
-    goal: a ``ServoGoal``; q_rows: where the arm is; chains: those of all hands, one after the other. arrays: ``Objective``.
+    goal: A ``ServoGoal``. q_rows: The current configuration. chains: The chains of all hands, one after the other. arrays: An
+    ``Objective``.
     """
     n = arrays.f_rows.shape[0]
     if goal.mode != HANDS:
@@ -53,17 +58,17 @@ def write_objective(chains, goal, limits, settings, q_rows, arrays):
         w, arrays.pace_rows[i] = desired_twist(hands[i], chains, limits, settings, q_rows, columns, arrays), 1.0
         store_six(arrays.desired_rows, 6 * i, scaled_six(w, sqrt(hands[i].weight)))
     weigh_jacobians(hands, arrays.jacobian_rows)
-    write_squares(hands, settings, arrays, across_of(hands, limits))
+    write_squares(hands, settings, arrays, weight_across(hands, limits))
     write_pulls(limits, settings, q_rows, arrays)
 
 
 @kernel
-def across_of(hands, limits):
-    """The weight of what a hand does beside its twist: 1 where there are too few joints for the twists of all hands."""
+def weight_across(hands, limits):
+    """Weight of the error across a twist; 1 if there are too few joints for all hands."""
     n_free = 0
     for j in range(limits.shape[0]):
         n_free += 1 if limits[j].speed > 0.0 else 0
-    return ACROSS if n_free >= 6 * hands.shape[0] else 1.0
+    return WEIGHT_ACROSS if n_free >= 6 * hands.shape[0] else 1.0
 
 
 @routine
@@ -93,7 +98,7 @@ def weigh_jacobians(hands, jacobian_rows):
 
 @kernel
 def desired_twist(hand, chains, limits, settings, q_rows, jacobian_rows, arrays):
-    """The twist that is desired of a hand."""
+    """Desired twist of a hand: its goal, or a velocity towards its goal pose."""
     if not hand.is_pose:
         return load_six(hand.twist, 0)
     end = chain_pose(chains[hand.first : hand.end], q_rows)
@@ -103,13 +108,16 @@ def desired_twist(hand, chains, limits, settings, q_rows, jacobian_rows, arrays)
 
 @kernel
 def scaled_six(w, by):
-    """Six numbers times a number."""
+    """Multiply six numbers by a number."""
     return by * w[0], by * w[1], by * w[2], by * w[3], by * w[4], by * w[5]
 
 
 @routine
 def write_squares(hands, settings, arrays, across):
-    """Write H, its lower triangle: the damping, and J' M J of each hand, M the weight of what is not along its twist."""
+    """Write the lower triangle of H: the damping, and J' M J of each hand.
+
+    M weighs velocities across the twist by ``across``, and those along it by 1.
+    """
     n = arrays.f_rows.shape[0]
     for j in range(n):
         for k in range(j + 1):
@@ -141,8 +149,8 @@ def write_pulls(limits, settings, q_rows, arrays):
 
 @kernel
 def weighted(v, w, across):
-    """M v: six numbers times a weight, but for what of them is along a twist."""
-    along = scaled_six(w, 1.0 / max(size_of(w), SMALL))
+    """M v: multiply six numbers by a weight, except for their part along a twist w."""
+    along = scaled_six(w, 1.0 / max(size_of(w), MIN_TWIST))
     less = (across - 1.0) * dot_six(v, along)
     return (
         across * v[0] - less * along[0], across * v[1] - less * along[1], across * v[2] - less * along[2],
@@ -152,45 +160,45 @@ def weighted(v, w, across):
 
 @kernel
 def dot_six(v, w):
-    """The inner product of six numbers and six others."""
+    """Inner product of two vectors of six numbers."""
     return v[0] * w[0] + v[1] * w[1] + v[2] * w[2] + v[3] * w[3] + v[4] * w[4] + v[5] * w[5]
 
 
 @kernel
 def size_of(w):
-    """The length of six numbers."""
+    """Length of a vector of six numbers."""
     linear, angular = error_squares(w)
     return sqrt(linear + angular)
 
 
 @kernel
 def approach(e, limits, settings, j):
-    """The velocity at which entry j of q approaches a position that is e away."""
+    """Velocity at which entry j of q approaches a position at a distance e."""
     v = min(speed_to_stop(abs(e), limits, settings, j), limits[j].speed)
     return v if e >= 0.0 else -v
 
 
 @kernel
 def speed_to_stop(way, limits, settings, j):
-    """The speed at which entry j of q may still stop well within so long a way, whatever its limit of speed is."""
-    a, lag = _SHARE * limits[j].acceleration, _APPROACH * settings.lag
+    """Speed from which entry j of q can stop within a distance, with a margin, whatever its limit of speed."""
+    a, lag = _ACCELERATION_SHARE * limits[j].acceleration, _APPROACH_TICKS * settings.lag
     return a * (sqrt(lag * lag + 2.0 * way / a) - lag)
 
 
 @kernel
 def approach_rate(e, limits, settings, jacobian_rows, system_rows, free_rows, q_rows):
-    """The rate [1/s] at which a pose error is made smaller: the least of those of the joints that the error needs.
+    """Rate [1/s] at which to reduce a pose error: the smallest rate of the joints that the error needs.
 
-    A joint that would have to go beyond its limit is left out, and what the others need is computed without it: they would creep
-    after what none of them can do. free_rows: room for 6 n_dof numbers.
+    A joint that would have to exceed its limit is left out, and the motion of the others is computed without it. Otherwise they
+    would creep after an error that no joint can remove. free_rows: Scratch for 6 n_dof numbers.
     """
     n, left_out = q_rows.shape[0], True
     for k in range(6 * n):
         free_rows[k] = jacobian_rows[k]
     y = e
-    for _ in range(_LOOKS):
+    for _ in range(_MAX_PASSES):
         if left_out:
-            y, left_out = solve_damped(free_rows, n, _LOST * _LOST, e, system_rows), False
+            y, left_out = solve_damped(free_rows, n, _DAMPING_OF_APPROACH * _DAMPING_OF_APPROACH, e, system_rows), False
             for j in range(n):
                 way = column_dot(free_rows, j, y)
                 left = limits[j].upper - q_rows[j] if way > 0.0 else q_rows[j] - limits[j].lower
@@ -198,7 +206,7 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, free_rows, q_
                     left_out = True
                     for k in range(6):
                         free_rows[6 * j + k] = 0.0
-    rate = 1.0 / (_APPROACH * settings.lag)
+    rate = 1.0 / (_APPROACH_TICKS * settings.lag)
     for j in range(n):
         way = column_dot(free_rows, j, y)
         if abs(way) > 1e-12:
@@ -208,7 +216,7 @@ def approach_rate(e, limits, settings, jacobian_rows, system_rows, free_rows, q_
 
 @kernel
 def pose_squares(chains, hands, q_rows):
-    """The sum of c |e|^2 of all hands that are sent to a pose, e being the pose error where the arm is at q."""
+    """Sum of c |e|^2 over all hands with a goal pose; e is the pose error at q."""
     total = 0.0
     for i in range(hands.shape[0]):
         hand = hands[i]
@@ -220,9 +228,9 @@ def pose_squares(chains, hands, q_rows):
 
 
 @kernel
-def missed(goal, jacobian_rows, desired_rows, x_rows):
-    """How much of what is desired a velocity misses, as a share of the greatest: of all twists, or of the velocities."""
-    n, miss, size = x_rows.shape[0], 0.0, SMALL
+def relative_error(goal, jacobian_rows, desired_rows, x_rows):
+    """Largest error of a velocity, relative to the largest desired twist component or joint velocity."""
+    n, miss, size = x_rows.shape[0], 0.0, MIN_TWIST
     if goal.mode != HANDS:
         for j in range(n):
             miss, size = max(miss, abs(x_rows[j] - desired_rows[j])), max(size, abs(desired_rows[j]))

@@ -1,4 +1,4 @@
-"""Names the parts of the objective of a tick, and of its steady motion."""
+"""Defines the arrays of a tick's quadratic program and of its steady motion."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 
 class Objective(NamedTuple):
-    """An objective and its parts."""
+    """Objective of the quadratic program, and its parts."""
 
     h_rows: NDArray
     """n_dof n_dof numbers."""
@@ -16,19 +16,19 @@ class Objective(NamedTuple):
     desired_rows: NDArray
     """The twists of the hands, likewise; or the velocities of the joints."""
     system_rows: NDArray
-    """Room for the damped system (``damped_system``)."""
+    """Scratch for the damped system (``damped_system``)."""
     free_rows: NDArray
     """Jacobian of one hand, without the joints that are left out; 6 n_dof numbers."""
     pace_rows: NDArray
-    """Share of its twist that is asked of each hand."""
-    worth_rows: NDArray
-    """Share to which each hand is followed along its line: 0 where the arm is stretched, and rests."""
+    """Pace of each hand: the share of its twist that is asked of it."""
+    progress_rows: NDArray
+    """Share, 0 to 1, to which each hand is moved along its line: 0 where the arm is stretched and rests."""
     slowing_rows: NDArray
     """Reason why each hand is slowed: the joint whose acceleration limits it, or a negative code of ``pace``."""
 
 
 class Program(NamedTuple):
-    """Constraints of the quadratic program, and room to solve it."""
+    """Constraints of the quadratic program, and scratch to solve it."""
 
     box_rows: NDArray
     """Lower and then upper bounds of the velocities, 2 n_dof numbers."""
@@ -41,11 +41,11 @@ class Program(NamedTuple):
     multiplier_rows: NDArray
     """Their multipliers."""
     work_rows: NDArray
-    """Room for 2 n_dof (n_dof + 1) numbers."""
+    """Scratch for 2 n_dof (n_dof + 1) numbers."""
 
 
 class Steady(NamedTuple):
-    """Room for the steady motion."""
+    """Scratch for the steady motion (``pace``)."""
 
     h_rows: NDArray
     """H, and then its factor."""
@@ -53,15 +53,15 @@ class Steady(NamedTuple):
     jacobian_rows: NDArray
     """Derivative of each hand's Jacobian along the steady motion, in the order of ``Objective``."""
     x_rows: NDArray
-    """The steady motion X."""
+    """Steady motion X."""
     part_rows: NDArray
-    """Part of X that is due to the twist of one hand."""
-    kept_rows: NDArray
-    """y."""
-    lost_rows: NDArray
-    """z."""
+    """Part of X that the twist of one hand causes."""
+    growth_rows: NDArray
+    """y of ``pace``."""
+    damping_rows: NDArray
+    """z of ``pace``."""
     ahead_rows: NDArray
-    """Configuration of the arm a little later; then room."""
+    """Configuration of the arm a little later; scratch afterwards."""
     turn_rows: NDArray
     """Derivatives of the gradients of active constraints along the steady motion, n_dof numbers a constraint."""
     value_rows: NDArray

@@ -1,31 +1,32 @@
-"""Solves a strictly convex quadratic program exactly, from a point that keeps its rows.
+"""Solves a strictly convex quadratic program exactly, from a point that satisfies its constraints.
 
-It minimizes x' H x / 2 - f' x with g_i' x >= b_i for each row i.
+It minimizes x' H x / 2 - f' x subject to g_i' x >= b_i for each constraint i.
 
-A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3), with the Schur complement of the
-active rows (section 16.2). With H = L L', z = L' x - L^-1 f and Y the columns L^-1 g_i of the active rows:
+The method is a primal active-set method with the Schur complement of the active constraints. Source: Nocedal and Wright,
+Numerical Optimization, 2nd ed., algorithm 16.3 and section 16.2. With H = L L', z = L' x - L^-1 f, and Y the columns L^-1 g_i of
+the active constraints:
 
-1. The multipliers are the solution of Y' Y m = Y' z, and the step p to the minimum on the active rows is L'^-1 (Y m - z).
-2. If there is no step, the active row with the least multiplier is released; with none below zero x is the minimum.
-3. Else x moves by p, or until a row blocks it, which becomes active.
+1. Solve Y' Y m = Y' z for the multipliers m. The step p to the minimum on the active constraints is L'^-1 (Y m - z).
+2. If there is no step, release the active constraint with the smallest multiplier. If none is negative, x is the minimum.
+3. Otherwise move x by p, or until a constraint blocks it. That constraint becomes active.
 
-Every x on the way keeps all rows, so that the result does too if the number of rounds ends the search.
+Every x on the way satisfies all constraints. So does the result if the number of rounds ends the search.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import sqrt
 
-_ROUNDS = 3  # times the number of rows and of unknowns
-_FLAT = 1e-9  # of the size of z: no step, and no multiplier
-_ALONG = 1e-8  # of the sizes of a row and a step: the step is along the row
-_MIN_PIVOT = 1e-13  # of a diagonal entry
+_ROUNDS_PER_ROW = 3  # rounds per constraint and unknown, at most
+_TOLERANCE = 1e-9  # relative to z: smaller steps and multipliers count as 0
+_PARALLEL = 1e-8  # relative to constraint and step: the step is parallel to the constraint
+_MIN_PIVOT = 1e-13  # relative to the diagonal entry
 
 
 @routine
 def minimize(factor_rows, f_rows, program, m, x_rows):
-    """Write the minimum to x; return how many rows are active, whose numbers and multipliers are written.
+    """Write the minimum to x; return the number of active constraints, whose numbers and multipliers are written.
 
-    factor_rows: H, n n numbers, which is overwritten; program: a ``Program`` of m rows. f is overwritten with L^-1 f.
+    factor_rows: H, n n numbers; it is overwritten. program: A ``Program`` of m constraints. f is overwritten with L^-1 f.
     """
     n, normal_rows, bound_rows = x_rows.shape[0], program.normal_rows, program.bound_rows
     active_rows, multiplier_rows, work_rows = program.active_rows, program.multiplier_rows, program.work_rows
@@ -36,15 +37,15 @@ def minimize(factor_rows, f_rows, program, m, x_rows):
     k, size = 0, 1e-300
     for i in range(n):
         size = max(size, abs(f_rows[i]))
-    for _ in range(_ROUNDS * (m + n)):
+    for _ in range(_ROUNDS_PER_ROW * (m + n)):
         size = max(size, write_gradient_of(factor_rows, f_rows, x_rows, z_rows))
         write_schur(k, n, y_rows, z_rows, schur_rows, multiplier_rows)
         factorize(schur_rows, k, n)
         forward(schur_rows, k, n, multiplier_rows)
         backward(schur_rows, k, n, multiplier_rows)
         longest = write_step(k, multiplier_rows, y_rows, z_rows, step_rows)
-        if longest <= _FLAT * size or k == n:
-            worst = least_multiplier(k, multiplier_rows, -_FLAT * size)
+        if longest <= _TOLERANCE * size or k == n:
+            worst = smallest_multiplier(k, multiplier_rows, -_TOLERANCE * size)
             if worst < 0:
                 return k
             k = release(worst, k, n, active_rows, multiplier_rows, y_rows)
@@ -64,9 +65,9 @@ def minimize(factor_rows, f_rows, program, m, x_rows):
 
 @routine
 def solve_on_rows(factor_rows, normal_rows, active_rows, value_rows, k, x_rows, work_rows):
-    """Solve H x = b, with b in x, among all x with g' x = v for k active rows; v is overwritten by the multipliers.
+    """Solve H x = b on k active constraints, where g' x = v. b is passed in x.
 
-    factor_rows and work_rows are as ``minimize`` leaves them, and as it takes them.
+    v is overwritten by the multipliers. factor_rows and work_rows are as ``minimize`` leaves them.
     """
     n = x_rows.shape[0]
     y_rows, schur_rows = work_rows[: n * n], work_rows[n * n : 2 * n * n]
@@ -90,7 +91,7 @@ def solve_on_rows(factor_rows, normal_rows, active_rows, value_rows, k, x_rows, 
 
 @kernel
 def write_gradient_of(factor_rows, f_rows, x_rows, z_rows):
-    """Write z = L' x - L^-1 f; its greatest entry."""
+    """Write z = L' x - L^-1 f; return its largest entry."""
     n, largest = x_rows.shape[0], 0.0
     for i in range(n):
         total = -f_rows[i]
@@ -103,7 +104,7 @@ def write_gradient_of(factor_rows, f_rows, x_rows, z_rows):
 
 @kernel
 def write_step(k, multiplier_rows, y_rows, z_rows, step_rows):
-    """Write Y m - z, which is L' times the step; its greatest entry."""
+    """Write Y m - z, which is L' times the step; return its largest entry."""
     n, longest = z_rows.shape[0], 0.0
     for i in range(n):
         total = -z_rows[i]
@@ -115,8 +116,8 @@ def write_step(k, multiplier_rows, y_rows, z_rows, step_rows):
 
 
 @kernel
-def least_multiplier(k, multiplier_rows, below):
-    """Step 2: the place of the least multiplier, if it is less than that; else -1."""
+def smallest_multiplier(k, multiplier_rows, below):
+    """Step 2: index of the smallest multiplier below a bound; -1 for none."""
     worst, least = -1, below
     for a in range(k):
         if multiplier_rows[a] < least:
@@ -141,7 +142,7 @@ def write_schur(k, n, y_rows, z_rows, schur_rows, multiplier_rows):
 
 @kernel
 def release(worst, k, n, active_rows, multiplier_rows, y_rows):
-    """Step 2: take an active row out; return how many are left."""
+    """Step 2: remove an active constraint; return the number of those left."""
     for a in range(worst, k - 1):
         active_rows[a], multiplier_rows[a] = active_rows[a + 1], multiplier_rows[a + 1]
         for i in range(n):
@@ -151,7 +152,7 @@ def release(worst, k, n, active_rows, multiplier_rows, y_rows):
 
 @kernel
 def first_blocking(normal_rows, bound_rows, m, x_rows, active_rows, k, step_rows):
-    """Step 3: the share of the step up to the first row that blocks it, and that row, or 1.0 and -1."""
+    """Step 3: share of the step up to the first constraint that blocks it, and that constraint; else 1.0, -1."""
     n, share, blocking = x_rows.shape[0], 1.0, -1
     for r in range(m):
         along, value, size = 0.0, 0.0, 0.0
@@ -160,7 +161,7 @@ def first_blocking(normal_rows, bound_rows, m, x_rows, active_rows, k, step_rows
             along += g * step
             value += g * x_rows[i]
             size += abs(g * step)
-        if along < -_ALONG * size:
+        if along < -_PARALLEL * size:
             here = max(bound_rows[r] - value, -1e300) / along
             if here < share:
                 is_active = False
@@ -173,7 +174,10 @@ def first_blocking(normal_rows, bound_rows, m, x_rows, active_rows, k, step_rows
 
 @kernel
 def factorize(rows, k, n):
-    """The lower Cholesky factor of k rows of n numbers, in their place. A row that depends on others has a least pivot."""
+    """Compute the lower Cholesky factor of k rows of n numbers, in place.
+
+    A row that depends linearly on others gets a smallest pivot.
+    """
     for r in range(k):
         for c in range(r + 1):
             total = diagonal = rows[n * r + c]
@@ -187,7 +191,7 @@ def factorize(rows, k, n):
 
 @kernel
 def forward(factor_rows, k, n, x_rows):
-    """x = L^-1 x, for the first k numbers."""
+    """Solve x = L^-1 x for the first k numbers."""
     for r in range(k):
         total = x_rows[r]
         for c in range(r):
@@ -197,7 +201,7 @@ def forward(factor_rows, k, n, x_rows):
 
 @kernel
 def backward(factor_rows, k, n, x_rows):
-    """x = L'^-1 x, for the first k numbers."""
+    """Solve x = L'^-1 x for the first k numbers."""
     for back in range(k):
         r = k - 1 - back
         total = x_rows[r]

@@ -1,67 +1,71 @@
-"""Computes a tick of constant jerk and the full stop after it, in which the jerk is limited too.
+"""Computes a tick of constant jerk and the braking trajectory after it, which limits the jerk too.
 
-In a tick of length h the acceleration goes from a to a' linearly, so that with constant jerk
+In a tick of length h the acceleration changes linearly from a to a', so that with constant jerk
 
     v' = v + h (a + a') / 2,    q' = q + h v + h^2 (2 a + a') / 6.
 
-The stop after it has three parts, and takes n ticks, the same for all joints. With m the ticks in which each joint's limit of
-jerk lets its greatest acceleration begin or end (RAMP), the acceleration
+The stop after it has three parts and takes n ticks, the same for all joints. Let m be the number of ticks in which each joint can
+ramp up to its maximum acceleration within its limit of jerk.
 
-1. bends: in 2 m ticks it goes from a' to -A linearly;
-2. is -A for n - 3 m ticks;
-3. ends: in m ticks it goes from -A to 0.
+1. Bend: in 2 m ticks the acceleration changes linearly from a' to -A.
+2. Constant deceleration: it is -A for n - 3 m ticks.
+3. Ramp down: in m ticks it changes linearly from -A to 0.
 
-Its sum is -v' for
+The velocity is 0 at the end for
 
-    A = x / (h (n - 1.5 m)),    x = v' + a' m h,
+    A = x / (h (n - 1.5 m)),    x = v' + a' m h.
 
-where x is the velocity that is left if the acceleration ends in the bend, with A = 0. After the bend all joints have one profile
-of time, so q moves on a straight line: with r ticks left, r >= m, and then with r < m,
+x is the velocity that remains if the acceleration ramps down to 0 in the bend, with A = 0. After the bend all joints share one
+time profile, so q moves on a straight line. With r ticks left, for r >= m and then for r < m,
 
     v = A h (r - m / 2),      to go: A h^2 ((r - m) r / 2 + m^2 / 6);
     v = A h r^2 / (2 m),      to go: A h^2 r^3 / (6 m).
 
-The whole is linear in x, as a stop of constant deceleration is in v': q rests at ``rest_of_zero`` + ``ramped_way`` x. So for each
-n the x that keep all limits at all times are a box (``is_ramped_box``): an acceleration that is linear is between its ends; a
-velocity in the bend is between v', x and that at its end, and a position between q', q' + v' T / 3, q' + 2 v' T / 3 + a' T^2 / 6
-and that at its end, T = 2 m h, as a polynomial is between its Bernstein coefficients (Farin, Curves and Surfaces for CAGD, 5th
-ed., chapter 5). The jerk of the bend is at most 2 A_most / (2 m h), which is the limit.
+All of this is linear in x, as a stop of constant deceleration is in v': q rests at ``rest_of_zero_velocity`` +
+``ramped_travel_per_velocity`` x. So for each n the x that keep all limits at all times are a box (``write_box_of_ramped_stop``):
 
-A state that keeps these limits keeps them in the next tick too, whatever x that has: the coefficients of a part of a polynomial
-are between those of the whole.
+- A linear acceleration is between its ends.
+- In the bend, of duration T = 2 m h, velocity and position are between their Bernstein coefficients. Those of the velocity are
+  v', x and its value at the end. Those of the position are the following, and its value at the end:
+
+      q',    q' + v' T / 3,    q' + 2 v' T / 3 + a' T^2 / 6.
+- The jerk of the bend is at most 2 A_max / (2 m h), which is the limit.
+
+A state that keeps these limits keeps them in the next tick too, for any x of that tick. The reason: the Bernstein coefficients of
+a part of a polynomial are between those of the whole. Source: Farin, Curves and Surfaces for CAGD, 5th ed., chapter 5.
 """
 
 from ulna.engine.decorators import kernel, routine
 from ulna.kernels.servo.servo_records import LIMITED_BY_ACCELERATION, LIMITED_BY_JERK, LIMITED_BY_POSITION, LIMITED_BY_VELOCITY
 
-ROUNDING = 1e-9  # of a number of ticks, and of limits: rounding may put so much beyond them
-BEYOND = 1e-12  # [rad or m]: what rounding may put a position beyond a limit
+ROUNDING = 1e-9  # relative rounding of numbers of ticks and of limits
+POSITION_ROUNDING = 1e-12  # [rad or m]: rounding may put a position beyond a limit by this
 
 
 @kernel
 def velocity_left(state, settings, j):
-    """x of entry j of a state."""
+    """Velocity x of entry j that remains if the acceleration ramps down to 0."""
     return state[j].qd + state[j].qdd * settings.ramp * settings.period
 
 
 @kernel
 def acceleration_after(x, state, settings, j):
-    """a' of entry j: the acceleration at the end of the tick after which x is left."""
+    """Acceleration a' of entry j at the end of the tick after which x is left."""
     h = settings.period
     return (x - state[j].qd - 0.5 * h * state[j].qdd) / (h * (0.5 + settings.ramp))
 
 
 @kernel
 def deceleration(x, settings, n):
-    """A of a stop of n ticks, n > 0."""
+    """Deceleration A of a stop of n ticks, n > 0."""
     return x / (settings.period * (n - 1.5 * settings.ramp))
 
 
 @routine
 def write_ramped_tick(x_rows, state, limits, settings, after):
-    """Write the state after a tick after which x is left, and the stop from there; how many ticks that takes.
+    """Write the state after a tick with given x, and the stop from there; return its ticks.
 
-    after: as the state is.
+    after: Has the shape of the state.
     """
     h = settings.period
     for j in range(x_rows.shape[0]):
@@ -73,7 +77,7 @@ def write_ramped_tick(x_rows, state, limits, settings, after):
 
 @kernel
 def write_ramped_stop(state, limits, settings):
-    """Write the stop that begins at a state; how many ticks it takes."""
+    """Write the stop that begins at a state; return its number of ticks."""
     h, m, most, moves = settings.period, settings.ramp, 0.0, False
     for j in range(state.shape[0]):
         moves = moves or state[j].qd != 0.0 or state[j].qdd != 0.0
@@ -87,30 +91,30 @@ def write_ramped_stop(state, limits, settings):
         state[j].start_qd, state[j].start_q, state[j].start_qdd, state[j].rest_q = v, state[j].q, a, state[j].q
         if moves:
             most = deceleration(velocity_left(state, settings, j), settings, n)
-            state[j].rest_q += bend * (v + a * bend / 3.0) + way_by_deceleration(settings, n) * most
+            state[j].rest_q += bend * (v + a * bend / 3.0) + rest_per_deceleration(settings, n) * most
     return n
 
 
 @routine
-def ramped_stop_keeps(state, limits, settings, n):
-    """Whether the stop of n ticks that a state begins, and the state itself, are within all limits."""
+def ramped_stop_is_within_limits(state, limits, settings, n):
+    """Whether a state and its stop of n ticks keep all limits."""
     bend, good = 2.0 * settings.ramp * settings.period, True
     for j in range(state.shape[0]):
         q, v, a, x = state[j].start_q, state[j].start_qd, state[j].start_qdd, velocity_left(state, settings, j)
         speed, most = limits[j].speed, limits[j].acceleration
-        good = good and abs(a) <= most * (1.0 + ROUNDING) and max(abs(v), abs(x)) <= speed * (1.0 + ROUNDING) + BEYOND
+        good = good and abs(a) <= most * (1.0 + ROUNDING) and max(abs(v), abs(x)) <= speed * (1.0 + ROUNDING) + POSITION_ROUNDING
         low, high = min(q, state[j].rest_q), max(q, state[j].rest_q)
         if n > 0:
             ahead, later = q + v * bend / 3.0, q + bend * (2.0 * v / 3.0 + a * bend / 6.0)
             end = q + bend * (v + a * bend / 3.0) - deceleration(x, settings, n) * bend * bend / 6.0
             low, high = min(low, ahead, later, end), max(high, ahead, later, end)
-        good = good and limits[j].lower - BEYOND <= low and high <= limits[j].upper + BEYOND
+        good = good and limits[j].lower - POSITION_ROUNDING <= low and high <= limits[j].upper + POSITION_ROUNDING
     return good
 
 
 @kernel
-def ramped_moment(state, settings, n, k, j):
-    """Position, velocity and acceleration of entry j after k ticks of a stop of n, 0 <= k <= n, n > 0."""
+def ramped_state(state, settings, n, k, j):
+    """Position, velocity and acceleration of entry j after k ticks of a stop of n, 0 <= k <= n."""
     h, m, left = settings.period, settings.ramp, n - k
     rate, onset = state[j].start_qd, state[j].start_qdd
     most = deceleration(rate + onset * m * h, settings, n)
@@ -126,10 +130,10 @@ def ramped_moment(state, settings, n, k, j):
 
 
 @kernel
-def bend_moment(state, settings, n, before, t, j):
-    """Position and acceleration of entry j at a time in the bend of a stop of n ticks, or, below 0, in the tick before it.
+def bend_state(state, settings, n, before, t, j):
+    """Position and acceleration of entry j at a time t in the bend of a stop of n ticks.
 
-    before: The acceleration where that tick begins.
+    A negative t is in the tick before the bend. before: The acceleration at the beginning of that tick.
     """
     h, m, onset = settings.period, settings.ramp, state[j].start_qdd
     most = deceleration(state[j].start_qd + onset * m * h, settings, n)
@@ -138,50 +142,50 @@ def bend_moment(state, settings, n, before, t, j):
 
 
 @kernel
-def left_after_one_more(state, counters, settings, j):
-    """x of entry j after one more tick of the certified stop."""
+def velocity_left_after_tick(state, counters, settings, j):
+    """Velocity x of entry j after one more tick of the braking trajectory."""
     n, k = counters.ticks, counters.done + 1
     if k >= n:
         return 0.0
-    _, v, a = ramped_moment(state, settings, n, k, j)
+    _, v, a = ramped_state(state, settings, n, k, j)
     return v + a * settings.ramp * settings.period
 
 
 @kernel
-def go_on_with_ramp(state, counters, settings):
-    """Write the state after one more tick of the certified stop, n > 0."""
+def continue_ramped_stop(state, counters, settings):
+    """Write the state after one more tick of the braking trajectory, n > 0."""
     n, k = counters.ticks, counters.done + 1
     for j in range(state.shape[0]):
-        state[j].q, state[j].qd, state[j].qdd = ramped_moment(state, settings, n, k, j)
+        state[j].q, state[j].qd, state[j].qdd = ramped_state(state, settings, n, k, j)
 
 
 @kernel
-def ways_by_acceleration(settings):
-    """By how much q', v' and the place of rest without A move with a'."""
+def changes_per_acceleration(settings):
+    """Derivatives of q', of v', and of the rest position without A, with respect to a'."""
     h, bend = settings.period, 2.0 * settings.ramp * settings.period
     return h * h / 6.0, 0.5 * h, h * h / 6.0 + 0.5 * h * bend + bend * bend / 3.0
 
 
 @kernel
-def way_by_deceleration(settings, n):
-    """By how much the place of rest after a stop of n ticks moves with A."""
+def rest_per_deceleration(settings, n):
+    """Derivative of the rest position after a stop of n ticks with respect to A."""
     h, m = settings.period, settings.ramp
     steady = n - 3.0 * m
     return 0.5 * h * h * (steady * (steady + m) - m * m)
 
 
 @kernel
-def ramped_way(settings, n):
-    """By how much the place of rest after a tick and a stop of n ticks moves with x [s]."""
-    _, _, way = ways_by_acceleration(settings)
-    return way / (settings.period * (0.5 + settings.ramp)) + way_by_deceleration(settings, n) * deceleration(1.0, settings, n)
+def ramped_travel_per_velocity(settings, n):
+    """Derivative of the rest position, after a tick and a stop of n ticks, with respect to x [s]."""
+    _, _, way = changes_per_acceleration(settings)
+    return way / (settings.period * (0.5 + settings.ramp)) + rest_per_deceleration(settings, n) * deceleration(1.0, settings, n)
 
 
 @kernel
-def rest_of_zero(state, settings, j):
-    """Where entry j rests after a tick after which x = 0 is left."""
+def rest_of_zero_velocity(state, settings, j):
+    """Position where entry j rests after a tick with x = 0."""
     h, bend = settings.period, 2.0 * settings.ramp * settings.period
-    _, _, way = ways_by_acceleration(settings)
+    _, _, way = changes_per_acceleration(settings)
     v, a = state[j].qd, state[j].qdd
     aside = h * (v + h * a / 3.0) + bend * (v + 0.5 * h * a)
     return state[j].q + aside + way * acceleration_after(0.0, state, settings, j)
@@ -189,9 +193,10 @@ def rest_of_zero(state, settings, j):
 
 @kernel
 def ramped_travel(state, after, settings, n, j):
-    """Return a bound on the travel of entry j, in both directions, in a tick and the stop of n ticks after it.
+    """Upper bound of the travel of entry j in a tick and its stop of n ticks.
 
-    The integral of the size of a polynomial is at most the mean of the sizes of its Bernstein coefficients, times its time.
+    Movements back and forth are added. It is exact if the joint never turns back. The integral of the magnitude of a polynomial
+    is at most the mean magnitude of its Bernstein coefficients, times its duration.
     """
     h, m, v, before, x = settings.period, settings.ramp, after[j].qd, state[j].qd, velocity_left(after, settings, j)
     most, line = deceleration(x, settings, n), n - 3.0 * m
@@ -201,8 +206,8 @@ def ramped_travel(state, after, settings, n, j):
 
 
 @kernel
-def limit_of_ramp(x, state, limits, settings, n, j):
-    """Which limit x of entry j is at, that is at a border of the box for a stop of n ticks: a status."""
+def ramped_limit_reached(x, state, limits, settings, n, j):
+    """Status of the limit that x of entry j has reached, at the border of its box."""
     h, most, before = settings.period, limits[j].acceleration, state[j].qdd
     a, speed = acceleration_after(x, state, settings, j), limits[j].speed * (1.0 - 1e-9)
     if max(abs(x), abs(state[j].qd + 0.5 * h * (before + a))) >= speed:
@@ -213,14 +218,14 @@ def limit_of_ramp(x, state, limits, settings, n, j):
 
 
 @routine
-def is_ramped_box(state, limits, settings, n, box_rows):
-    """Write the bounds of x for a stop of n ticks; whether there is an x between them for each joint.
+def write_box_of_ramped_stop(state, limits, settings, n, box_rows):
+    """Write the bounds of x for a stop of n ticks; return whether each joint has an x between them.
 
-    Each limit is one of a': base + slope a' is between two numbers.
+    Each limit bounds a': base + slope a' is between two numbers.
     """
     h, m, n_dof, good = settings.period, settings.ramp, box_rows.shape[0] // 2, True
-    bend, kappa, way = 2.0 * m * h, deceleration(1.0, settings, n), way_by_deceleration(settings, n)
-    by_q, by_v, by_rest = ways_by_acceleration(settings)
+    bend, kappa, way = 2.0 * m * h, deceleration(1.0, settings, n), rest_per_deceleration(settings, n)
+    by_q, by_v, by_rest = changes_per_acceleration(settings)
     by_x = by_v + m * h
     for j in range(n_dof):
         a, change, most, speed = state[j].qdd, limits[j].jerk * h, limits[j].acceleration, limits[j].speed
@@ -244,18 +249,19 @@ def is_ramped_box(state, limits, settings, n, box_rows):
 
 @kernel
 def narrowed(low, high, base, slope, least, greatest):
-    """The bounds within which base + slope a, slope > 0, is between two numbers too."""
+    """Narrow the bounds of a so that base + slope a, slope > 0, is between two numbers too."""
     return max(low, (least - base) / slope), min(high, (greatest - base) / slope)
 
 
 @kernel
 def write_ramped_box(state, counters, limits, settings, box_rows):
-    """Write the bounds of x, 2 n_dof rows; return the ticks of the stop, or -1 if only the certified stop is within the limits.
+    """Write the bounds of x, 2 n_dof rows; return the number of ticks of the stop.
 
-    One tick more than that has left is tried first, then as many, and last one fewer.
+    Return -1 if only the braking trajectory keeps the limits. First try one tick more than it has left, then as many, then one
+    fewer.
     """
     left, least = counters.ticks - counters.done, 3 * int(settings.ramp)
     for n in (left + 1, left, left - 1):
-        if (n >= least or n == left + 1) and is_ramped_box(state, limits, settings, max(n, least), box_rows):
+        if (n >= least or n == left + 1) and write_box_of_ramped_stop(state, limits, settings, max(n, least), box_rows):
             return max(n, least)
     return -1

@@ -1,4 +1,4 @@
-"""Names what a servo is given, what it keeps from tick to tick, and what a tick reports."""
+"""Defines the records of a servo: settings, goals, the state kept between ticks, and the report of a tick."""
 
 from typing import Annotated, NamedTuple
 
@@ -9,16 +9,16 @@ from ulna.engine.records import Record, Records
 
 # Modes of a tick. START sets the state and certifies its stop.
 START, REST, VELOCITY, POSITION, HANDS = 0, 1, 2, 3, 4
-# Statuses of a tick, in the order of ``servo.command.CommandStatus``; REFUSED: the stop that a START asks for is not certified.
+# Statuses of a tick, in the order of ``servo.command.CommandStatus``; REFUSED: the stop of a START is not certified.
 FOLLOWING, LIMITED_BY_POSITION, LIMITED_BY_VELOCITY, LIMITED_BY_ACCELERATION, LIMITED_BY_JERK = 0, 1, 2, 3, 4
 LIMITED_BY_CLEARANCE, NEAR_SINGULARITY, BRAKING, AT_REST, NOT_CERTIFIED, IN_COLLISION, OFF_COMMAND = 5, 6, 7, 8, 9, 10, 11
 LIMITED_BY_TORQUE, REFUSED = 12, 13
-MAX_PAIRS = 24  # that the quadratic program has rows for: the nearest
-MAX_TOUCHING = 64  # pairs in contact that may be led out of
+MAX_PAIRS = 24  # near pairs with a constraint in the quadratic program: the nearest
+MAX_TOUCHING = 64  # pairs in contact that the arm can be led out of
 
 
 class ServoSettings(Record):
-    """Settings of a servo, which are only read."""
+    """Settings of a servo; constant."""
 
     period: float
     """Length of a tick [s]."""
@@ -35,7 +35,7 @@ class ServoSettings(Record):
 
 
 class JointLimits(Record):
-    """Limits of one joint, and what else a servo knows of it [rad or m]."""
+    """Limits of one joint, and its other constants [rad or m]."""
 
     lower: float
     """Its lowest position; ``upper``: its highest."""
@@ -47,10 +47,10 @@ class JointLimits(Record):
     jerk: float
     tracking_error: float
     """Greatest distance of the arm from its command that is allowed."""
-    room: float
-    """Distance beside a motion within which all is certified too, so that there is room to leave."""
+    escape_margin: float
+    """Distance beside a motion that is certified too, so that the arm can leave every stop."""
     posture: float
-    """Position towards which it is pulled."""
+    """Position of the posture that pulls the joint."""
 
 
 class HandGoal(Record):
@@ -72,58 +72,58 @@ class HandGoal(Record):
 
 
 class JointState(Record):
-    """State of one joint: its last command, and its certified stop."""
+    """State of one joint: its last command, and its certified braking trajectory."""
 
     q: float
     """Position now [rad or m]; ``qd`` and ``qdd``: velocity and acceleration now."""
     qd: float
     qdd: float
     start_q: float
-    """Position where the stop begins; ``start_qd``: velocity there; ``start_qdd``: acceleration there, with limits of jerk."""
+    """Position where the braking trajectory begins; ``start_qd``: velocity; ``start_qdd``: acceleration, with limits of jerk."""
     start_qd: float
     start_qdd: float
     rest_q: float
-    """Position where the stop ends."""
+    """Position where the braking trajectory ends."""
     behind: float
-    """Place on the way by which the arm came, as far behind it as a rope is long that tows it (``pace``)."""
+    """Position on the path by which the arm came, towed behind it as by a rope (``pace``)."""
 
 
 class StopCounters(Record):
     """Counters of a servo."""
 
     ticks: int
-    """Number of ticks of the certified stop; ``done``: number of these that are over."""
+    """Number of ticks of the braking trajectory; ``done``: number of these that are over."""
     done: int
     certified: bool
-    """Whether the stop is certified in the world as it is."""
+    """Whether the braking trajectory is certified in the current world."""
     touching: int
-    """Number of pairs in contact; they are counted only where the stop is not certified."""
+    """Number of pairs in contact; counted only while the braking trajectory is not certified."""
     next_share: int
     """Index of the share of a motion that is tried first."""
 
 
 class MovingObject(Record):
-    """An object that may move by itself."""
+    """Object that may move by itself."""
 
     number: int
     """Its number among the objects."""
     speed: float
     """Its greatest speed [m/s]."""
     age: float
-    """Time since its pose was stated [s]."""
+    """Time since its last reported pose [s]."""
     in_tree: bool
     """Whether it is in the BVH."""
 
 
 class TickReport(Record):
-    """Report of a tick: its status, and the limit that holds it."""
+    """Report of a tick: its status, and the limit that holds the arm."""
 
     status: int
     """A status, as above."""
     share: float
-    """Share of the velocity found that was certified."""
+    """Share of the velocity change that was certified."""
     bounded: bool
-    """Whether so much is near that not all of it was measured (``Near.unseen``)."""
+    """Whether some near solids were bounded instead of measured (``Near.unseen``)."""
     entry: int
     """Entry of q that limits it; -1 for none."""
     body: int
@@ -147,9 +147,9 @@ class ServoGoal(NamedTuple):
 
 
 class ServoTables(NamedTuple):
-    """Inputs and outputs of a tick besides the scene. The entry takes it whole: a second tuple takes 0.6 us more.
+    """Inputs and outputs of a tick besides the scene, as one tuple: a second tuple would take 0.6 us more.
 
-    The first three are only read and stay the same. Then comes the goal (``ServoGoal``), and then what is written.
+    The first three are constant. Then comes the goal (``ServoGoal``), and then the arrays that a tick writes to.
     """
 
     chains: NDArray
@@ -167,7 +167,7 @@ class ServoTables(NamedTuple):
     counters: Records[StopCounters]
     """Shape (1,)."""
     wider: NDArray
-    """Zeros, two more than there are objects: by how much farther away each has to be [m]."""
+    """Distance beyond the clearance that each object needs [m]; two more entries than objects. Zeros at first."""
     moving: Records[MovingObject]
     """The objects that may move by themselves."""
     report: Records[TickReport]
