@@ -6,7 +6,7 @@ import pytest
 import two_arms
 import ulna
 from ulna.errors import InputError
-from ulna.planning.fixed_joints_first import arm_beyond, arm_of
+from ulna.planning.fixed_joints_first import chain_joints, distal_joints
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*lower and upper of a continuous joint are not used")
 SHAPE = '<collision><geometry><box size="0.05 0.05 0.05"/></geometry></collision>'
@@ -284,9 +284,9 @@ def test_a_group_that_holds_the_rest_holds_its_own_joints_first_too():
 def test_the_arm_goes_on_from_a_joint_that_moves_to_where_the_robot_branches(mobile, reacher):
     names = np.array(mobile.joint_names)
     moved = names == "j_arm3"
-    assert set(names[arm_beyond(mobile.tree, moved)]) == {"j_arm4", "j_arm5", "j_arm6"}
-    assert set(names[arm_of(mobile.tree, moved)]) == {"j_arm1", "j_arm2", "j_arm4", "j_arm5", "j_arm6"}
-    assert not arm_of(reacher.tree, np.array(reacher.joint_names) == "j_bar").any()
+    assert set(names[distal_joints(mobile.tree, moved)]) == {"j_arm4", "j_arm5", "j_arm6"}
+    assert set(names[chain_joints(mobile.tree, moved)]) == {"j_arm1", "j_arm2", "j_arm4", "j_arm5", "j_arm6"}
+    assert not chain_joints(reacher.tree, np.array(reacher.joint_names) == "j_bar").any()
 
 
 def test_one_jaw_beside_the_frame_of_a_hand_stays():

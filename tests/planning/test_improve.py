@@ -123,7 +123,7 @@ def test_no_path_no_budget_or_no_time_are_refused(panda, plans):
 
 def test_the_goal_that_is_reached_is_kept_apart_from_the_number_of_the_next_sample(panda, world, ends, plans):
     edges, goals = plans[0]._searched.motion.edges(certify=True), np.stack([ends[1], ends[1] + 0.01])
-    search = Search(edges, ends[0], goals, (0, 1), by_samples=True)
+    search = Search(edges, ends[0], goals, (0, 1), skip_direct=True)
     assert search.finish(1, TimeLimit(None), shorten=False) is None
     assert search.goal == -1
     before = search.state.sample
@@ -138,8 +138,8 @@ def test_nodes_cost_what_their_way_is_long_and_a_found_path_less_than_the_bound(
     motion = searched.motion
     edges = motion.edges(certify=True)
     bound = 0.9 * plans[0].length
-    below = edges.below(bound, ends[0], searched.goals)
-    search = Search(below, ends[0], searched.goals, (0, 1), AORRTC, by_samples=True)
+    below = edges.with_bound(bound, ends[0], searched.goals)
+    search = Search(below, ends[0], searched.goals, (0, 1), AORRTC, skip_direct=True)
     path = search.finish(20_000, TimeLimit(None), shorten=False).path
     assert search.edges.settings[0].bound == bound
     length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
@@ -169,7 +169,7 @@ def branch_of(search, tree, node):
 def test_all_that_is_within_the_ellipsoid_is_within_the_limits_of_the_samples(plans, rng):
     space, start, goals = plans[0]._searched.motion.space, *(plans[0]._searched.start, plans[0]._searched.goals)
     distance = np.linalg.norm(goals[0] - start)
-    within = space.within(1.3 * distance, start, goals)
+    within = space.with_bound(1.3 * distance, start, goals)
     q = rng.uniform(space.table["low"], space.table["high"], (400_000, 7))
     q = 0.5 * (start + goals[0]) + 0.3 * (q - 0.5 * (start + goals[0]))
     inside = np.linalg.norm(q - start, axis=1) + np.linalg.norm(q - goals[0], axis=1) < 1.3 * distance

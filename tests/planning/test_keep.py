@@ -10,8 +10,8 @@ import pytest
 
 import ulna
 from ulna.kernels.planning.constraint_records import Entry
-from ulna.planning.constrained_goals import shortest_turn
-from ulna.planning.constraint_table import as_keeps, table_of
+from ulna.planning.constrained_goals import shortest_rotation
+from ulna.planning.constraint_table import as_keeps, make_constraint_table
 from ulna.planning.entries import keeping
 from ulna.planning.positions import PositionLimits
 
@@ -108,7 +108,7 @@ def test_a_projection_keeps_the_constraint_and_the_limits(panda, name):
     space = Entry.records(7)
     space["low"], space["high"] = panda.lower, panda.upper
     space["low"][2] = space["high"][2] = start[2]
-    room = keeping.keeping_of(panda.tree.joints, table_of(keeps, panda.tree), space)
+    room = keeping.keeping_of(panda.tree.joints, make_constraint_table(keeps, panda.tree), space)
     q = np.clip(start + np.random.default_rng(1).normal(scale=0.4, size=(8, 7)), panda.lower, panda.upper)
     q[:, 2], q[0] = start[2], start
     rows = np.ascontiguousarray(q.T)
@@ -223,7 +223,7 @@ def test_an_orientation_within_a_microradian_is_kept_without_stops(panda, within
 
 def test_a_finer_path_has_the_same_ends_and_uses_little_of_a_tolerance(panda):
     plan, keep = turned_orientation(panda, 1e-4)
-    points = plan._motion.finer(plan.path, PositionLimits(panda.lower, panda.upper))
+    points = plan._motion.subdivide(plan.path, PositionLimits(panda.lower, panda.upper))
     T_start = panda.forward_kinematics(panda.home)
     edges = [shares(keep, T_start, panda.forward_kinematics(along(a, b, 51))).max() for a, b in pairwise(points)]
     assert len(points) > len(plan.path)
@@ -381,7 +381,7 @@ def test_the_shortest_turn_brings_one_direction_to_the_other_about_what_is_norma
     pairs = [(a / np.linalg.norm(a), b / np.linalg.norm(b)) for a, b in rng.normal(size=(50, 2, 3))]
     pairs += [(a, s * a) for a, _ in pairs[:10] for s in (1, -1)]
     for a, b in pairs:
-        R = shortest_turn(a, b)
+        R = shortest_rotation(a, b)
         np.testing.assert_allclose(R @ a, b, atol=1e-12)
         np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
         assert np.linalg.det(R) == pytest.approx(1)

@@ -8,8 +8,8 @@ import pytest
 import two_arms
 import ulna
 from ulna.kernels.planning.constraint_records import Entry
-from ulna.planning.constrained_goals import poses_beside
-from ulna.planning.constraint_table import as_keeps, table_of
+from ulna.planning.constrained_goals import relative_goal_poses
+from ulna.planning.constraint_table import as_keeps, make_constraint_table
 from ulna.planning.entries import keeping
 
 HANDS = "left_hand", "right_hand"
@@ -118,7 +118,7 @@ def test_a_projection_keeps_the_constraint_and_the_limits(name):
     space = Entry.records(robot.n_dof)
     space["low"], space["high"] = robot.lower, robot.upper
     space["low"][2] = space["high"][2] = start[2]
-    room = keeping.keeping_of(robot.tree.joints, table_of(keeps, robot.tree), space)
+    room = keeping.keeping_of(robot.tree.joints, make_constraint_table(keeps, robot.tree), space)
     q = start + np.random.default_rng(1).normal(scale=0.4, size=(8, robot.n_dof))
     q[:, 2], q[0] = start[2], start
     rows = np.ascontiguousarray(q.T)
@@ -233,8 +233,8 @@ def test_what_the_goal_of_one_hand_leaves_free_is_the_same_for_both(tray):
 def test_links_of_one_chain_have_no_goals_of_their_own(panda):
     T = panda.forward_kinematics(panda.home)
     keeps = as_keeps(ulna.Keep.together("panda_link5", "panda_ee"), panda.tree, panda.home)
-    assert poses_beside({"panda_ee": T}, keeps, panda.tree) == {}
-    assert poses_beside({"panda_link5": T}, keeps, panda.tree) == {}
+    assert relative_goal_poses({"panda_ee": T}, keeps, panda.tree) == {}
+    assert relative_goal_poses({"panda_link5": T}, keeps, panda.tree) == {}
 
 
 def test_a_goal_where_the_hands_are_farther_apart_says_so(tray):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ulna
-from ulna.planning.fixed_joints_first import Trial, near_first
+from ulna.planning.fixed_joints_first import Trial, prepend_near_trials
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -28,7 +28,7 @@ def test_the_way_round_a_board_does_not_turn_the_elbow(seed):
 def test_near_goals_come_before_all_and_are_some_of_a_trials_own():
     fixed = np.array([False, True])
     trials = Trial(fixed, np.array([0, 1, 3]), 1000), Trial(fixed, np.array([2]), 50)
-    first, second, third = near_first(trials, np.array([1.0, 1.9, 0.1, 2.1]))
+    first, second, third = prepend_near_trials(trials, np.array([1.0, 1.9, 0.1, 2.1]))
     assert (first.goals.tolist(), first.checks, first.fixed.tolist()) == ([0, 1], 300, [False, True])
     assert second is trials[0]
     assert third is trials[1]

@@ -95,10 +95,10 @@ def test_the_reason_says_that_the_time_ended_the_search():
 def test_the_time_is_counted_from_the_end_of_the_first_slice():
     limit, state = TimeLimit(1e-9), SearchState.records()[0]
     slices = Slices(10**6, limit, Pace())
-    assert slices.another(state)
+    assert slices.begin_slice(state)
     time.sleep(1e-3)  # the kernels are compiled
     assert not limit.is_over()
-    slices.another(state)
+    slices.begin_slice(state)
     time.sleep(1e-6)
     assert limit.is_over()
-    assert not slices.another(state)
+    assert not slices.begin_slice(state)

@@ -15,10 +15,10 @@ from scipy.optimize import linprog
 
 import ulna
 from ulna.errors import FileError, InputError, MissingExtraError
-from ulna.planning.blend import CHORDS, IsFree, edges_of, free_cuts, rounded
+from ulna.planning.blend import CHORDS, Certificate, edges_of, find_free_cuts, round_corners
 from ulna.planning.entries import time_parameterisation
 from ulna.planning.jerk_limited import bounds_of_acceleration, timed_path
-from ulna.planning.timing import Limits, fastest, grid_of
+from ulna.planning.timing import Limits, grid_of, time_optimal
 from ulna.planning.trajectory import Trajectory
 
 NAMES = tuple("abcdefg")
@@ -31,7 +31,7 @@ def random_path(rng, n=5):
 
 def random_pieces(rng, n=5, blend=0.2):
     edges = edges_of(*random_path(rng, n))
-    return rounded(edges, free_cuts(edges, blend, of_paths(anything)))
+    return round_corners(edges, find_free_cuts(edges, blend, of_paths(anything)))
 
 
 def anything(*_):
@@ -47,7 +47,7 @@ def of_paths(is_free):
                 return k
         return len(paths)
 
-    return IsFree(n_free)
+    return Certificate(n_free)
 
 
 def timed(path, lengths, blend, *limits, is_free=anything):
@@ -113,7 +113,7 @@ def test_it_is_as_fast_as_a_linear_program(rng, blend):
     for _ in range(4):
         velocity, acceleration = rng.uniform(0.5, 3, 7), rng.uniform(1, 20, 7)
         grid = grid_of(random_pieces(rng, n=4, blend=blend))
-        x = fastest(grid, velocity, acceleration).profile.speeds ** 2
+        x = time_optimal(grid, velocity, acceleration).profile.speeds ** 2
         assert np.allclose(x, slow_twin(grid, velocity, acceleration)[:-1], rtol=1e-6, atol=1e-7)
 
 
@@ -179,7 +179,7 @@ def test_a_limit_of_jerk_that_hardly_matters_takes_hardly_more_time(rng):
 def test_the_window_is_the_least_that_keeps_the_limits_of_jerk(rng):
     for _ in range(10):
         jerk = 10 ** rng.uniform(1, 3, 7)
-        motion = fastest(grid_of(random_pieces(rng)), np.full(7, 2.0), np.full(7, 5.0))
+        motion = time_optimal(grid_of(random_pieces(rng)), np.full(7, 2.0), np.full(7, 5.0))
         lows, highs = bounds_of_acceleration(motion)
         least = np.array([1e-4])
         time_parameterisation.least_window(motion.times, lows, highs, jerk, motion.grid.borders, least)
@@ -250,8 +250,8 @@ def test_a_corner_that_cannot_be_rounded_is_a_stop(panda):
         return False
 
     edges = edges_of(path, lengths)
-    assert not free_cuts(edges, 0.1, of_paths(never)).any()
-    assert rounded(edges, np.zeros(3)).borders.tolist() == [0, 1, 2]
+    assert not find_free_cuts(edges, 0.1, of_paths(never)).any()
+    assert round_corners(edges, np.zeros(3)).borders.tolist() == [0, 1, 2]
     assert len(asked) == 4  # halved three times
     for points, spreads in asked:  # the parabola lies within the spread of its chords
         t = np.linspace(0, 1, 101)[:, None]
@@ -277,10 +277,10 @@ def test_corners_that_are_certified_together_are_cut_as_each_alone(rng):
         asked.append(len(paths))
         return of_paths(short_is_free).n_free(paths, spreads)
 
-    cuts = free_cuts(edges, 0.2, IsFree(n_free))
+    cuts = find_free_cuts(edges, 0.2, Certificate(n_free))
     for k in range(1, len(path) - 1):
         alone = edges_of(path[k - 1 : k + 2], lengths[k - 1 : k + 1])
-        assert free_cuts(alone, 0.2, of_paths(short_is_free))[1] == cuts[k]
+        assert find_free_cuts(alone, 0.2, of_paths(short_is_free))[1] == cuts[k]
     assert (cuts[1:-1] == 0.0).any()
     assert 1 < max(asked) < len(path) - 2
 

@@ -36,11 +36,11 @@ def plan_many(
         given = count_of(len(targets), "goal"), count_of(len(starts), "start"), count_of(len(many), "world")
         raise InputError("goals", f"{given[0]}, {given[1]} and {given[2]} do not go together")
     starts = starts if each else starts * len(targets)
-    with _bar() if progress is True else nullcontext(progress or None) as shown:
-        return _planned(plan, starts, targets, many, shown)
+    with _progress() if progress is True else nullcontext(progress or None) as shown:
+        return _run_all(plan, starts, targets, many, shown)
 
 
-def _planned(
+def _run_all(
     plan: Callable[[Any, Any, World | None], Plan],
     starts: list[Any],
     targets: list[Any],
@@ -72,7 +72,7 @@ def _planned(
 
 
 @contextmanager
-def _bar() -> Iterator[Callable[[int, int], None]]:
+def _progress() -> Iterator[Callable[[int, int], None]]:
     """A progress function of the numbers of finished and all plans, which draws a bar on a terminal."""
     from rich.progress import Progress, TextColumn  # noqa: PLC0415 - it takes long to import
 

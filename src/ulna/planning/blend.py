@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.ik.time_limit import TimeLimit
-from ulna.planning.path_limits import PathLimit, Timed, are_kept
+from ulna.planning.path_limits import PathLimit, Timed, within_path_limits
 from ulna.planning.positions import Farthest, PositionLimits
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ _STRAIGHT = 1e-12  # a smaller change of direction is no corner
 _AT_ONCE = 64  # corners certified by one call
 
 
-class IsFree(NamedTuple):
+class Certificate(NamedTuple):
     """A certificate of paths and motions."""
 
     n_free: Callable[[Array, Array], int]
@@ -61,10 +61,10 @@ class Grid(NamedTuple):
     borders: NDArray[np.int64]
     """The indices of the grid points at which the motion rests; grid point 0 is the start of the path."""
     chords: int
-    """The number of chords of a rounding; see ``IsFree``."""
+    """The number of chords of a rounding; see ``Certificate``."""
 
 
-class Beside(NamedTuple):
+class Deviation(NamedTuple):
     """The deviation of a motion from the path near a corner, which the corner's certificate includes."""
 
     by: float
@@ -73,7 +73,7 @@ class Beside(NamedTuple):
     """The length of each edge, from the rounding, on which the motion may deviate."""
 
 
-ON_PATH = Beside(0.0, 0.0)
+ON_PATH = Deviation(0.0, 0.0)
 
 
 class Edges(NamedTuple):
@@ -88,7 +88,7 @@ class Edges(NamedTuple):
     turns: Array
     """The largest change of an entry of the direction at each point, shape (n,): 0 where the path is straight."""
     chords: int = CHORDS
-    """The number of chords of a rounding; see ``IsFree``."""
+    """The number of chords of a rounding; see ``Certificate``."""
 
 
 def edges_of(path: Array, lengths: Array, chords: int = CHORDS) -> Edges:
@@ -98,7 +98,9 @@ def edges_of(path: Array, lengths: Array, chords: int = CHORDS) -> Edges:
     return Edges(path, lengths, directions, np.where(turns > _STRAIGHT, turns, 0.0), chords)
 
 
-def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.inf, beside: Beside = ON_PATH) -> Array:
+def find_free_cuts(
+    edges: Edges, blend: float, certificate: Certificate, within: float = np.inf, deviation: Deviation = ON_PATH
+) -> Array:
     """The largest free rounding of each point of a path: the length cut off both edges, shape (n,).
 
     It is 0 if no rounding is free. blend: the largest length to cut off. within: the largest distance of a rounding from the
@@ -108,11 +110,11 @@ def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.in
     corners = np.flatnonzero(edges.turns) if blend > 0.0 else np.zeros(0, dtype=np.int64)
     most = _MAX_SHARE * np.minimum(lengths[corners - 1], lengths[corners])
     most = np.minimum(np.minimum(blend, most), 4 * within / edges.turns[corners])
-    points, spreads = _chords(edges, corners, most, beside)
+    points, spreads = _chords(edges, corners, most, deviation)
     halvings, now = 0, 0
     while now < len(corners):
         until = min(now + _AT_ONCE, len(corners))
-        n_free = is_free.n_free(points[now:until], spreads[now:until])
+        n_free = certificate.n_free(points[now:until], spreads[now:until])
         if n_free > 0:
             now, halvings = now + n_free, 0
         if now == until:
@@ -123,12 +125,12 @@ def free_cuts(edges: Edges, blend: float, is_free: IsFree, within: float = np.in
         else:
             most[now] *= 0.5
             halvings += 1
-            points[now : now + 1], spreads[now : now + 1] = _chords(edges, corners[[now]], most[[now]], beside)
+            points[now : now + 1], spreads[now : now + 1] = _chords(edges, corners[[now]], most[[now]], deviation)
     cuts[corners] = most
     return cuts
 
 
-def rounded(edges: Edges, cuts: Array) -> Grid:
+def round_corners(edges: Edges, cuts: Array) -> Grid:
     """The lines and parabolas of a path with rounded corners; the motion stops at a corner with cut 0."""
     path, lengths, directions, turns, chords = edges
     inner, n = cuts[1:-1], 2 * len(lengths) - 1
@@ -144,9 +146,9 @@ def rounded(edges: Edges, cuts: Array) -> Grid:
     return Grid(starts[is_cut], slopes[is_cut], bends[is_cut], steps[is_cut], borders, chords)
 
 
-def is_path_free(is_free: IsFree, points: Array, spreads: Array) -> bool:
+def is_path_free(certificate: Certificate, points: Array, spreads: Array) -> bool:
     """Whether one path is free, from its points, shape (n, n_dof), and spreads, shape (n - 1, n_dof)."""
-    return is_free.n_free(points[None], spreads[None]) > 0
+    return certificate.n_free(points[None], spreads[None]) > 0
 
 
 class _Moving(Timed, Protocol):
@@ -157,11 +159,11 @@ class _Moving(Timed, Protocol):
     def edges_since(self, t: float) -> tuple[Array, Array]: ...
 
 
-def is_motion_free(is_free: IsFree, timed: _Moving, since: float) -> bool:
+def is_motion_free(certificate: Certificate, timed: _Moving, since: float) -> bool:
     """Whether a motion, from a time on, is free and within the limits of positions, hands and torques."""
-    if is_free.positions is not None and is_free.positions.beyond(timed, since) is not None:
+    if certificate.positions is not None and certificate.positions.beyond(timed, since) is not None:
         return False
-    return are_kept(timed, is_free.caps, since) and is_path_free(is_free, *timed.edges_since(since))
+    return within_path_limits(timed, certificate.caps, since) and is_path_free(certificate, *timed.edges_since(since))
 
 
 def end_of(path: Grid) -> Array:
@@ -169,7 +171,7 @@ def end_of(path: Grid) -> Array:
     return path.starts[-1] + path.steps[-1] * (path.slopes[-1] + 0.5 * path.steps[-1] * path.bends[-1])
 
 
-def _chords(edges: Edges, corners: NDArray[np.int64], cuts: Array, beside: Beside) -> tuple[Array, Array]:
+def _chords(edges: Edges, corners: NDArray[np.int64], cuts: Array, deviation: Deviation) -> tuple[Array, Array]:
     """The chords of roundings with given cuts, and of the adjacent lines from which the motion may deviate.
 
     Returns:
@@ -180,10 +182,10 @@ def _chords(edges: Edges, corners: NDArray[np.int64], cuts: Array, beside: Besid
     points = _bernstein(edges.chords) @ np.concatenate([corner - b * before, corner, corner + b * behind], axis=1)
     spread = np.abs(b * (behind - before)) / (4 * edges.chords**2)  # h^2 / 4 of the second difference of the control points
     spreads = np.repeat(spread * (1 + 1e-9), edges.chords, axis=1)
-    if beside.reach:
-        first, last = (np.minimum(cuts + beside.reach, edges.lengths[k])[:, None, None] for k in (corners - 1, corners))
+    if deviation.reach:
+        first, last = (np.minimum(cuts + deviation.reach, edges.lengths[k])[:, None, None] for k in (corners - 1, corners))
         points = np.concatenate([corner - first * before, points, corner + last * behind], axis=1)
-        spreads = np.concatenate([np.zeros_like(spread), spreads, np.zeros_like(spread)], axis=1) + beside.by
+        spreads = np.concatenate([np.zeros_like(spread), spreads, np.zeros_like(spread)], axis=1) + deviation.by
     return points, spreads
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
 from ulna.errors import InputError
-from ulna.planning.blend import IsFree, is_path_free
+from ulna.planning.blend import Certificate, is_path_free
 from ulna.planning.jerk_limited import JerkLimited, timed_path
 from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.timing import AT_REST, Limits, Speeds, TimedPath
@@ -39,7 +39,7 @@ def as_ends(
     """
     ends = Ends(*(_as_velocity(*each, limits, names) for each in (("start_velocity", start), ("end_velocity", end))))
     for name, q, qd in zip(("start_velocity", "end_velocity"), path[[0, -1]], ends, strict=True):
-        beyond = positions.beyond_of(farthest_of((q + braking_way(qd, limits))[None], np.zeros(1))) if qd.any() else None
+        beyond = positions.beyond_of(farthest_of((q + braking_distances(qd, limits))[None], np.zeros(1))) if qd.any() else None
         if beyond is not None:
             speed = f"{qd[beyond.column]:.4g} of {names[beyond.column]} at {q[beyond.column]:.6g}"
             raise InputError(
@@ -69,12 +69,12 @@ def refuse_path_beyond(argument: str, path: Array, positions: PositionLimits, na
         raise InputError(argument, f"the plan has {beyond.text(names)}; plan with robot.with_limits(...) of these limits")
 
 
-def with_ends(
+def connect_ends(
     path: Array,
     ends: Ends,
     blend: float,
     limits: Limits,
-    is_free: IsFree,
+    certificate: Certificate,
     lengths_of: Callable[[Array], Array],
     names: Sequence[str],
     within: float = math.inf,
@@ -94,23 +94,23 @@ def with_ends(
     speeds = Speeds(*(float(lengths_of(velocity)) for velocity in ends)) if np.any(ends) else AT_REST
     ways, beyond = [0.0, *STRAIGHT_ON] if math.isinf(within) else [0.0], None
     for more in ways:
-        first = _entered(path[:2], ends.start, more, limits, window)
-        last = _entered(path[-2:][::-1], -ends.end, more, limits, window)
+        first = _straight_entry(path[:2], ends.start, more, limits, window)
+        last = _straight_entry(path[-2:][::-1], -ends.end, more, limits, window)
         if first is None or last is None:
             continue
-        points = without_equal(np.vstack([path[:1], *first, path[1:-1], *last, path[-1:]]))
+        points = distinct_points(np.vstack([path[:1], *first, path[1:-1], *last, path[-1:]]))
         if len(points) == 1:
             continue
         ahead = [float(lengths_of(each[0] - end)) for each, end in ((first, path[0]), (last, path[-1])) if each]
         lengths, widest = lengths_of(np.diff(points, axis=0)), max(blend, *ahead, 0.0)
-        timed = timed_path(points, lengths, widest, limits, is_free, within, speeds)
+        timed = timed_path(points, lengths, widest, limits, certificate, within, speeds)
         if timed is None or speeds == AT_REST:
             if timed is not None:
                 return timed
             continue
-        leaves = None if is_free.positions is None else is_free.positions.beyond(timed)
+        leaves = None if certificate.positions is None else certificate.positions.beyond(timed)
         beyond = beyond or leaves
-        if leaves is None and (not ahead or is_path_free(is_free, *timed.edges_since(0.0))):
+        if leaves is None and (not ahead or is_path_free(certificate, *timed.edges_since(0.0))):
             return timed
     name = "start_velocity" if ends.start.any() else "end_velocity"
     if math.isinf(within):
@@ -128,7 +128,7 @@ def with_ends(
     raise InputError(name, reason)
 
 
-def _entered(edge: Array, velocity: Array, more: float, limits: Limits, window: float) -> list[Array] | None:
+def _straight_entry(edge: Array, velocity: Array, more: float, limits: Limits, window: float) -> list[Array] | None:
     """The end of a straight part before an edge, in a list; empty if the edge is along the velocity.
 
     edge: its points, shape (2, n_dof), or (1, n_dof) for a path of one point. more: the straight length as a multiple of the
@@ -151,7 +151,7 @@ def stopping_distance(along: Array, speed: float, acceleration: Array) -> float:
     return 0.5 * speed**2 * float((np.abs(along) / acceleration).max())
 
 
-def braking_way(qd: Array, limits: Limits) -> Array:
+def braking_distances(qd: Array, limits: Limits) -> Array:
     """The signed braking distance of each joint [rad or m], from an acceleration of 0.
 
     With a jerk limit the acceleration ramps up and down symmetrically, so the mean velocity is half the initial one.
@@ -164,6 +164,6 @@ def braking_way(qd: Array, limits: Limits) -> Array:
     return 0.5 * qd * np.where(reached, steady, 2.0 * np.sqrt(speed / limits.jerk))
 
 
-def without_equal(points: Array) -> Array:
+def distinct_points(points: Array) -> Array:
     """The points without repetitions of the previous point."""
     return points[np.concatenate([[True], np.abs(np.diff(points, axis=0)).max(axis=1) > 0.0])]

@@ -18,8 +18,8 @@ from ulna.description.pose import inverse
 from ulna.ik.task import Task, as_task
 from ulna.kernels.layout import BASE
 from ulna.kinematics.tree import Tree
-from ulna.planning.constraint_table import are_kept, violations
-from ulna.planning.goals import SPREAD, Goals, Request, free_goals, poses_reached
+from ulna.planning.constraint_table import satisfy_constraints, violations
+from ulna.planning.goals import N_SAMPLES_PER_POSE, Goals, Request, free_goals, reached_poses
 from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan, PlanStatus, no_plan
 from ulna.planning.targets import Targets, own_columns
@@ -31,7 +31,7 @@ _FREE = float("inf")
 _OPPOSITE = 1e-12  # for a smaller 1 + cos, two directions count as opposite
 
 
-def poses_beside(targets: Targets, keeps: tuple[Keep, ...], tree: Tree) -> dict[str, Array]:
+def relative_goal_poses(targets: Targets, keeps: tuple[Keep, ...], tree: Tree) -> dict[str, Array]:
     """The pose T_goal_link, shape (4, 4), of each link that constraints tie to the goal's link, by link.
 
     The result is empty unless each of these links, and the goal's link, has joints that move only it. The goal's link may also
@@ -59,57 +59,57 @@ def find_goals(request: Request, targets: Targets, free: NDArray[np.bool_]) -> G
 
     free: mask of the given configurations that are free, shape (n,).
     """
-    first = _goals_with(request, targets, free)
-    if isinstance(first, Plan) or request.narrow is None:
+    first = _goals_of_all_links(request, targets, free)
+    if isinstance(first, Plan) or request.search_constraints is None:
         return first
-    goals = _kept(first, request)
+    goals = _filter_goals(first, request)
     if goals is None and isinstance(targets, dict):
-        goals = next(_of_more(request, targets, free), None)
+        goals = next(_more_goals(request, targets, free), None)
     if goals is None:
         return no_plan(request.tree, PlanStatus.GOAL_OUTSIDE, violations(request.keeps, request.tree, first.q[0]))
     return goals
 
 
-def _goals_with(request: Request, targets: Targets, free: NDArray[np.bool_]) -> Goals | Plan:
+def _goals_of_all_links(request: Request, targets: Targets, free: NDArray[np.bool_]) -> Goals | Plan:
     """The free goals, with a pose for each tied link; free components of the task are sampled."""
-    beside = request.beside
-    if not beside or not isinstance(targets, dict):
+    relative_poses = request.relative_poses
+    if not relative_poses or not isinstance(targets, dict):
         return free_goals(request, targets, free)
     link, poses = next((link, T.reshape(-1, 4, 4)) for link, T in targets.items())
-    of = np.arange(len(poses))
+    goal_index = np.arange(len(poses))
     if any(as_task(request.task).slack):
-        reached = [poses_reached(request, {**beside, link: T}, link, _MAX_POSES) for T in poses]
+        reached = [reached_poses(request, {**relative_poses, link: T}, link, _MAX_POSES) for T in poses]
         if any(map(len, reached)):  # otherwise inverse kinematics of the task gives the reason
-            of, poses = np.repeat(of, [len(T) for T in reached]), np.concatenate(reached)
+            goal_index, poses = np.repeat(goal_index, [len(T) for T in reached]), np.concatenate(reached)
             request = request._replace(task="pose")
-    goals = free_goals(request, {link: poses, **{name: poses @ T for name, T in beside.items()}}, free)
-    return goals._replace(of=of[goals.of]) if isinstance(goals, Goals) else goals
+    goals = free_goals(request, {link: poses, **{name: poses @ T for name, T in relative_poses.items()}}, free)
+    return goals._replace(goal_index=goal_index[goals.goal_index]) if isinstance(goals, Goals) else goals
 
 
-def _of_more(request: Request, targets: dict[str, Array], free: NDArray[np.bool_]) -> Iterator[Goals]:
+def _more_goals(request: Request, targets: dict[str, Array], free: NDArray[np.bool_]) -> Iterator[Goals]:
     """Yield goals that satisfy the constraints: first with rotations aligned to them, then from more configurations."""
     link, T = next(iter(targets.items()))
     ways = [(targets, request)]
     if T.ndim == 3:
         for keep in (each for each in request.keeps if each.link == link and each.relative_to is None and not each.towards):
-            found = [turned_onto(keep, pose, as_task(request.task)) for pose in T]
+            found = [align_to_constraint(keep, pose, as_task(request.task)) for pose in T]
             if all(each is not None for each in found):
                 poses, tasks = zip(*found, strict=True)
                 ways.insert(0, ({link: np.array(poses)}, request._replace(task=tasks[0])))
     for each, asked in ways:
-        more = _goals_with(asked._replace(spread=_MORE * SPREAD), each, free)
-        goals = None if isinstance(more, Plan) else _kept(more, request)
+        more = _goals_of_all_links(asked._replace(spread=_MORE * N_SAMPLES_PER_POSE), each, free)
+        goals = None if isinstance(more, Plan) else _filter_goals(more, request)
         if goals is not None:
             yield goals
 
 
-def _kept(goals: Goals, request: Request) -> Goals | None:
+def _filter_goals(goals: Goals, request: Request) -> Goals | None:
     """The goals that satisfy the constraints; None if there are none."""
-    kept = are_kept(request.narrow, request.tree, goals.q, goals.q)
-    return Goals(goals.q[kept], goals.of[kept]) if kept.any() else None
+    kept = satisfy_constraints(request.search_constraints, request.tree, goals.q, goals.q)
+    return Goals(goals.q[kept], goals.goal_index[kept]) if kept.any() else None
 
 
-def turned_onto(keep: Keep, T: Array, task: Task) -> tuple[Array, Task] | None:
+def align_to_constraint(keep: Keep, T: Array, task: Task) -> tuple[Array, Task] | None:
     """A pose that satisfies a task at T, shape (4, 4), and a constraint's orientation; and its task.
 
     None if the task leaves no rotation free, or the constraint does not restrict the rotation.
@@ -121,15 +121,17 @@ def turned_onto(keep: Keep, T: Array, task: Task) -> tuple[Array, Task] | None:
     axis = np.array(keep.task.axis)
     if all(turns_free):
         if keep.keeps_axis:
-            return _posed(T, shortest_turn(R @ axis, kept @ axis) @ R), Task((*position, 0.0, 0.0, _FREE), keep.task.axis)
-        return _posed(T, kept), Task((*position, 0.0, 0.0, 0.0))
+            return _with_rotation(T, shortest_rotation(R @ axis, kept @ axis) @ R), Task(
+                (*position, 0.0, 0.0, _FREE), keep.task.axis
+            )
+        return _with_rotation(T, kept), Task((*position, 0.0, 0.0, 0.0))
     if keep.keeps_axis:
         return None
     axis = np.array(task.axis)
-    return _posed(T, shortest_turn(kept @ axis, R @ axis) @ kept), Task((*position, 0.0, 0.0, 0.0))
+    return _with_rotation(T, shortest_rotation(kept @ axis, R @ axis) @ kept), Task((*position, 0.0, 0.0, 0.0))
 
 
-def shortest_turn(a: Array, b: Array) -> Array:
+def shortest_rotation(a: Array, b: Array) -> Array:
     """The rotation matrix of the smallest angle that turns one unit vector to another; Rodrigues' formula without the angle."""
     v, c = np.cross(a, b).astype(np.float64), float(a @ b)
     if 1.0 + c < _OPPOSITE:
@@ -139,7 +141,7 @@ def shortest_turn(a: Array, b: Array) -> Array:
     return np.eye(3) + K + K @ K / (1.0 + c)
 
 
-def _posed(T: Array, R: Array) -> Array:
+def _with_rotation(T: Array, R: Array) -> Array:
     posed = T.copy()
     posed[:3, :3] = R
     return posed

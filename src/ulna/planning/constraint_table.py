@@ -24,13 +24,13 @@ from ulna.planning.entries import keeping
 from ulna.planning.keep import AIM, Keep
 
 Array = NDArray[np.float64]
-_BENT = 2.5  # [rad^2/m or rad]: squared edge length per unit of tolerance; longer chords usually violate the constraint
+_CHORD = 2.5  # [rad^2/m or rad]: squared edge length per unit of tolerance; longer chords usually violate the constraint
 _PRECISION = 1e-3  # precision of a share of a tolerance
 _PARALLEL = 1e-9  # a smaller cosine counts as 0
-_NARROWER = 0.998  # factor of a search's tolerances, so that any part of its path can be certified again
+_TOLERANCE_SHRINK = 0.998  # factor of a search's tolerances, so that any part of its path can be certified again
 
 
-def frozen(keeps: Constraints) -> Constraints:
+def freeze(keeps: Constraints) -> Constraints:
     """Make the arrays of constraints read-only, as entries require; unpickled arrays are writable."""
     keeps.frames.setflags(write=False)
     keeps.allowed.setflags(write=False)
@@ -106,14 +106,14 @@ def as_keeps(
         if not (tree.joints[between, RATIO] != 0.0).any():
             beside = "" if one.relative_to is None else f" relative to {one.relative_to!r}"
             raise InputError("keep", f"no joint moves link {name!r}{beside}")
-        keeps.append(one.at_start(_seen(tree, q_start, name, one.relative_to), name))
+        keeps.append(one.at_start(_relative_pose(tree, q_start, name, one.relative_to), name))
     for a, b in combinations(keeps, 2):
         if (a.link, a.relative_to, a.towards, b.towards) == (b.link, b.relative_to, False, False):
             _refuse_contradiction(a, b)
     return tuple(keeps)
 
 
-def _seen(tree: Tree, q: Array, link: str, relative_to: str | None) -> Array:
+def _relative_pose(tree: Tree, q: Array, link: str, relative_to: str | None) -> Array:
     """The pose of a link relative to the base or to another link, shape (4, 4)."""
     T = forward_kinematics(tree, q, link)
     return T if relative_to is None else inverse(forward_kinematics(tree, q, relative_to)) @ T
@@ -150,7 +150,7 @@ def _refuse_contradiction(a: Keep, b: Keep) -> None:
             raise InputError("keep", f"two constraints of {a.link!r} contradict each other: they are {angle:.3g} rad apart")
 
 
-def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Constraints | None:
+def make_constraint_table(keeps: tuple[Keep, ...], tree: Tree) -> Constraints | None:
     """The table of constraints that the kernels read; None without constraints."""
     if not keeps:
         return None
@@ -162,7 +162,7 @@ def table_of(keeps: tuple[Keep, ...], tree: Tree) -> Constraints | None:
         )
         _write_allowed(keep, float(np.linalg.norm(frames[2 * i, [3, 7, 11]])), allowed[i])
         allowed[i].shared = _joints_of_both(tree, str(keep.link), keep.relative_to)[0]
-    return frozen(Constraints(frames, allowed))
+    return freeze(Constraints(frames, allowed))
 
 
 def _write_allowed(keep: Keep, lever: float, allowed: Constraint) -> None:
@@ -175,43 +175,43 @@ def _write_allowed(keep: Keep, lever: float, allowed: Constraint) -> None:
         allowed.chord = 2.0 * np.sin(0.5 * turn) * (1.0 if keep.keeps_axis else np.sqrt(2.0))
 
 
-def narrower(keeps: Constraints | None) -> Constraints | None:
+def shrink_tolerances(keeps: Constraints | None) -> Constraints | None:
     """A copy of the constraints with slightly smaller tolerances."""
     if keeps is None:
         return None
     allowed = keeps.allowed.copy()
-    allowed["away"] *= _NARROWER
-    allowed["chord"] *= _NARROWER
-    return frozen(keeps._replace(allowed=allowed))
+    allowed["away"] *= _TOLERANCE_SHRINK
+    allowed["chord"] *= _TOLERANCE_SHRINK
+    return freeze(keeps._replace(allowed=allowed))
 
 
-def step_of(keeps: Constraints | None) -> float:
+def max_step(keeps: Constraints | None) -> float:
     """The length of a search's step along constraints, eight chords; infinite without constraints."""
-    return np.inf if keeps is None else float(8 * np.sqrt(_BENT * tightest(keeps)))
+    return np.inf if keeps is None else float(8 * np.sqrt(_CHORD * min_tolerance(keeps)))
 
 
-def tightest(keeps: Constraints) -> float:
+def min_tolerance(keeps: Constraints) -> float:
     """The smallest tolerance of the constraints [m or rad]."""
     chords = np.where(keeps.allowed["axes"] != NO_AXIS, keeps.allowed["chord"], np.inf)
     return float(min(chords.min(), keeps.allowed["away"].min()))
 
 
-def are_kept(table: Constraints | None, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:
+def satisfy_constraints(table: Constraints | None, tree: Tree, a: Array, b: Array) -> NDArray[np.bool_]:
     """Mask of the edges from a to b, shape (n, n_dof) each, that certainly satisfy all constraints."""
     if table is None:
         return np.ones(len(a), dtype=bool)
-    return _shares(table, tree, a.copy(), b.copy(), 1.0, keeping.APART, 1.0) <= 1.0
+    return _edge_shares(table, tree, a.copy(), b.copy(), 1.0, keeping.APART, 1.0) <= 1.0
 
 
 def worst_violation(table: Constraints | None, tree: Tree, path: Array) -> float:
     """An upper bound of the share of a tolerance that a path, shape (n, n_dof), uses; 0 without constraints."""
-    return 0.0 if table is None else float(shares_of(table, tree, path).max())
+    return 0.0 if table is None else float(tolerance_shares(table, tree, path).max())
 
 
-def shares_of(table: Constraints, tree: Tree, path: Array) -> Array:
+def tolerance_shares(table: Constraints, tree: Tree, path: Array) -> Array:
     """An upper bound of the share of a tolerance that each edge of a path, shape (n, n_dof), uses."""
     a, b = (path[:-1], path[1:]) if len(path) > 1 else (path, path)
-    return _shares(table, tree, a.copy(), b.copy(), 0.0, _PRECISION, np.inf)
+    return _edge_shares(table, tree, a.copy(), b.copy(), 0.0, _PRECISION, np.inf)
 
 
 def edge_keeps(tree: Tree, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable[Keep]) -> KeepReport:
@@ -223,11 +223,11 @@ def edge_keeps(tree: Tree, q_a: ArrayLike, q_b: ArrayLike, keep: Keep | Iterable
     batch, a, b = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
     if not len(a):
         return KeepReport(np.empty(batch, dtype=bool), np.empty(batch))
-    table = table_of(as_keeps(keep, tree, a[0]), tree)
+    table = make_constraint_table(as_keeps(keep, tree, a[0]), tree)
     if table is None:
         raise InputError("keep", "no constraint is given")
-    kept = are_kept(table, tree, a, b).reshape(batch)
-    violation = _shares(table, tree, a, b, 0.0, _PRECISION, np.inf).reshape(batch)
+    kept = satisfy_constraints(table, tree, a, b).reshape(batch)
+    violation = _edge_shares(table, tree, a, b, 0.0, _PRECISION, np.inf).reshape(batch)
     return KeepReport(bool(kept), float(violation)) if one else KeepReport(kept, violation)
 
 
@@ -239,7 +239,7 @@ def violations(keeps: tuple[Keep, ...], tree: Tree, q: Array) -> Reason:
 
 def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
     frame, link = keep.task.frame, str(keep.link)
-    T, reference, slack = _seen(tree, q, link, keep.relative_to) @ frame, keep.pose @ frame, keep.task.slack
+    T, reference, slack = _relative_pose(tree, q, link, keep.relative_to) @ frame, keep.pose @ frame, keep.task.slack
     away = np.abs(inverse(reference) @ T)[:3, 3].tolist()
     angle = float(angle_between(T, reference))
     if keep.keeps_axis:
@@ -252,12 +252,12 @@ def _violations_of(keep: Keep, tree: Tree, q: Array) -> list[Violation]:
     return [
         Violation(link, name, value, most, keep.relative_to)
         for name, value, most in values
-        if value > most * _NARROWER * (1.0 - 2.0 * keeping.APART)
+        if value > most * _TOLERANCE_SHRINK * (1.0 - 2.0 * keeping.APART)
     ]
 
 
-def _shares(table: Constraints, tree: Tree, a: Array, b: Array, level: float, apart: float, most: float) -> Array:
+def _edge_shares(table: Constraints, tree: Tree, a: Array, b: Array, level: float, apart: float, most: float) -> Array:
     """An upper bound of the share of a tolerance that each edge uses, shape (n,); see ``planning.entries.keeping``."""
     shares = np.zeros(len(a))
-    keeping.shares_of_edges(tree.joints, frozen(table), for_kernel(a), for_kernel(b), keeping.Bound(level, apart, most), shares)
+    keeping.shares_of_edges(tree.joints, freeze(table), for_kernel(a), for_kernel(b), keeping.Bound(level, apart, most), shares)
     return shares

@@ -11,36 +11,36 @@ from numpy.typing import NDArray
 from ulna.engine.records import Records
 from ulna.kernels.planning.constraint_records import Constraints, Entry
 from ulna.kinematics.tree import Tree
-from ulna.planning.constraint_table import frozen, shares_of
+from ulna.planning.constraint_table import freeze, tolerance_shares
 from ulna.planning.entries import keeping
 from ulna.planning.space import Space
 
 Array = NDArray[np.float64]
 TIGHT = 1.5e-3  # [m or rad]: edges along tighter constraints are subdivided; an orientation's 1 mrad counts as sqrt(2) mrad
-_USED = 0.25  # largest share of a tolerance that an edge may use
-_EXACT = 0.01  # share of a tolerance within which points are projected
+_MAX_SHARE = 0.25  # largest share of a tolerance that an edge may use
+_PROJECTION_SHARE = 0.01  # share of a tolerance within which points are projected
 _MAX_POINTS = 20_000
 _MAX_HALVINGS = 8
 
 
-def finer(path: Array, keeps: Constraints, tree: Tree, space: Space) -> Array:
+def subdivide(path: Array, keeps: Constraints, tree: Tree, space: Space) -> Array:
     """Subdivide a path, shape (n, n_dof): inner points are projected onto the constraints, and edges use little tolerance."""
     allowed = keeps.allowed.copy()
     for name in ("away", "chord", "slack"):
-        allowed[name] *= _EXACT
-    exact = frozen(keeps._replace(allowed=allowed))
+        allowed[name] *= _PROJECTION_SHARE
+    exact = freeze(keeps._replace(allowed=allowed))
     table, path = space.table.copy(), path.copy()
     if len(path) > 2:
-        path[1:-1] = _projected(path[1:-1], exact, tree, table)
+        path[1:-1] = _project(path[1:-1], exact, tree, table)
     for _ in range(_MAX_HALVINGS):
-        long = np.flatnonzero(shares_of(keeps, tree, path) > _USED)
+        long = np.flatnonzero(tolerance_shares(keeps, tree, path) > _MAX_SHARE)
         if not len(long) or len(path) + len(long) > _MAX_POINTS:
             break
-        path = np.insert(path, long + 1, _projected(0.5 * (path[long] + path[long + 1]), exact, tree, table), axis=0)
+        path = np.insert(path, long + 1, _project(0.5 * (path[long] + path[long + 1]), exact, tree, table), axis=0)
     return path
 
 
-def _projected(q: Array, keeps: Constraints, tree: Tree, table: Records[Entry]) -> Array:
+def _project(q: Array, keeps: Constraints, tree: Tree, table: Records[Entry]) -> Array:
     q = np.ascontiguousarray(q)
     keeping.project_each(tree.joints, keeps, table, q)
     return q

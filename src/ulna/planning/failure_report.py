@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from ulna.errors import count_of
 from ulna.ik.reason import Reason
-from ulna.planning.constraint_table import are_kept, narrower
+from ulna.planning.constraint_table import satisfy_constraints, shrink_tolerances
 from ulna.planning.goals import Request
 from ulna.planning.motion import Motion
 from ulna.planning.search import Effort
-from ulna.planning.space import along
+from ulna.planning.space import sample_line
 
 Array = NDArray[np.float64]
-_APART = 1 / 32  # [rad]: spacing of the samples of a refused edge that are checked for contacts
+_SPACING = 1 / 32  # [rad]: spacing of the samples of a refused edge that are checked for contacts
 _MAX_NAMED = 3  # pairs named in a message
 
 
@@ -58,25 +58,25 @@ class SpentBudget:
     not_kept: int = 0
 
 
-def budget_spent(request: Request, motion: Motion, edges: Array, effort: Effort, limit: str, *, certify: bool) -> Reason:
+def report_spent_budget(request: Request, motion: Motion, edges: Array, effort: Effort, limit: str, *, certify: bool) -> Reason:
     """The reason for a search without a path. limit: the option that ended it, with its value, as in ``"time_limit=10"``.
 
     edges: the last refused edges, shape (n, 2, n_dof).
     """
     at_samples = motion.edges(certify=False)
     passed = np.array([certify and at_samples.checked(edge) is not None for edge in edges], dtype=bool)
-    kept = are_kept(narrower(motion.keeps), request.tree, edges[:, 0], edges[:, 1])
-    stops = _stops(request, edges[~passed & kept])
+    kept = satisfy_constraints(shrink_tolerances(motion.keeps), request.tree, edges[:, 0], edges[:, 1])
+    stops = _find_stops(request, edges[~passed & kept])
     found = SpentBudget(limit.partition("=")[0], effort, len(edges), stops, int(passed.sum()), int((~kept).sum()))
     reached = (
         f"after {count_of(effort.checks, 'checked edge')} ({limit}); "
         f"{count_of(effort.start_nodes, 'configuration was', 'configurations were')} reached from the start, "
         f"{effort.goal_nodes} from the goals, and no edge between them was found"
     )
-    return Reason(reached + _of_refused(found), found)
+    return Reason(reached + _describe_refused(found), found)
 
 
-def _of_refused(found: SpentBudget) -> str:
+def _describe_refused(found: SpentBudget) -> str:
     """The sentences about the refused edges."""
     pairs = ", ".join(f"{stop.link} and {stop.other} ({stop.edges})" for stop in found.stops[:_MAX_NAMED])
     sentence = f". Pairs that blocked the last {count_of(found.edges, 'refused edge')}: {pairs}" if pairs else ""
@@ -92,11 +92,11 @@ def _of_refused(found: SpentBudget) -> str:
     return sentence
 
 
-def _stops(request: Request, edges: Array) -> tuple[Stop, ...]:
+def _find_stops(request: Request, edges: Array) -> tuple[Stop, ...]:
     """The pairs that touch at the first colliding sample of each edge, shape (n, 2, n_dof), with counts."""
     counts: Counter[tuple[str, str, bool]] = Counter()
     for a, b in edges:
-        q = along(a, b, _APART)
+        q = sample_line(a, b, _SPACING)
         free = request.is_free(q)
         if not free.all():
             touching = request.touching(q[free.argmin()])

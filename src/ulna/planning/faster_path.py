@@ -13,7 +13,7 @@ _LESS, _MORE = 0.97, 1.5  # factor of the step after a failure, after a success
 _OWN_STREAM = 0x717569636B
 
 
-def quicker_path(
+def find_faster_path(
     path: Array, steps: Array, first: int, bounds: tuple[Array, Array], tries: int, seed: int,
     duration_of: Callable[[Array], float], is_free: Callable[[Array], bool],
 ) -> Array:  # fmt: skip
@@ -33,7 +33,7 @@ def quicker_path(
     """
     rng, best, reach = np.random.default_rng([_OWN_STREAM, seed]), duration_of(path), _FIRST_STEP
     for _ in range(tries):
-        candidate = _deformed(path, steps, first, reach, rng)
+        candidate = _deform(path, steps, first, reach, rng)
         candidate[first:-1] = np.clip(candidate[first:-1], *bounds)
         duration = duration_of(candidate) if is_free(candidate[first - 1 :]) else np.inf
         if duration < best:
@@ -43,7 +43,7 @@ def quicker_path(
     return path
 
 
-def _deformed(path: Array, steps: Array, first: int, reach: float, rng: np.random.Generator) -> Array:
+def _deform(path: Array, steps: Array, first: int, reach: float, rng: np.random.Generator) -> Array:
     """A copy of the path with one point moved in half of its entries, removed, or inserted."""
     n, choice = len(path), rng.random()
     step = reach * rng.normal(size=path.shape[1]) * steps

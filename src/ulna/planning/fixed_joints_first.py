@@ -29,8 +29,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 _CHECKS = 3  # a trial checks at most this number to the power of the number of free entries
 _MAX_POWER = 7
-_LONGER = 4  # factor of the edges of a trial in which the whole arm may move
-_NOT_FAR, _CHECKS_NEAR = 2.0, 300  # near goals: distance relative to the nearest goal; edges of their trial
+_ARM_FACTOR = 4  # factor of the edges of a trial in which the whole arm may move
+_NEAR_RATIO, _CHECKS_NEAR = 2.0, 300  # near goals: distance relative to the nearest goal; edges of their trial
 _MAX_GROUPS = 4  # maximum number of groups of goals that agree with the start in the same entries
 
 
@@ -48,7 +48,7 @@ class Trial(NamedTuple):
     checks: int
 
 
-def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
+def make_trials(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
     """The trials with joints held, in order; none if no free joint has the same position at both ends.
 
     same: mask of each goal's entries that equal the start's, shape (n, n_dof), nearest goal first. fixed: mask of the entries
@@ -66,11 +66,11 @@ def trials_of(tree: Tree, same: Mask, fixed: Mask) -> list[Trial]:
     for k in dict.fromkeys(group.tolist()):
         goals = np.flatnonzero(group == k)
         alone = len(masks) == 1
-        trials += [Trial(mask, goals, checks) for mask, checks in _held_in_turn(tree, masks[k], fixed, alone=alone)]
+        trials += [Trial(mask, goals, checks) for mask, checks in _held_sets(tree, masks[k], fixed, alone=alone)]
     return trials
 
 
-def near_first(trials: Iterable[Trial], lengths: Array) -> list[Trial]:
+def prepend_near_trials(trials: Iterable[Trial], lengths: Array) -> list[Trial]:
     """Put before each trial a trial with its near goals only, if not all its goals are near.
 
     lengths: the distances of the goals from the start, shape (n,).
@@ -78,48 +78,48 @@ def near_first(trials: Iterable[Trial], lengths: Array) -> list[Trial]:
     found = []
     for trial in trials:
         far = lengths[trial.goals]
-        near = trial.goals[far <= _NOT_FAR * far.min()]
+        near = trial.goals[far <= _NEAR_RATIO * far.min()]
         if len(near) < len(far):
             found.append(Trial(trial.fixed, near, min(trial.checks, _CHECKS_NEAR)))
         found.append(trial)
     return found
 
 
-def arm_beyond(tree: Tree, moved: Mask) -> Mask:
+def distal_joints(tree: Tree, moved: Mask) -> Mask:
     """Mask of the entries of q of revolute joints farther along the chain of a moving joint, shape (n_dof,).
 
     moved: mask of the entries of q that move, shape (n_dof,).
     """
-    parents, columns, n_children = _rows(tree)
+    parents, columns, n_children = _joint_rows(tree)
     beyond, found = np.zeros(len(parents), dtype=bool), np.zeros(tree.n_dof, dtype=bool)
     for row, parent in enumerate(parents.tolist()):  # a parent comes before its children
         if parent != BASE and n_children[parent] == 1:
             beyond[row] = beyond[parent] or moved[columns[parent]]
     found[columns[beyond]] = True
-    return found & _turns_alone(tree) & ~moved
+    return found & _revolute_entries(tree) & ~moved
 
 
-def arm_of(tree: Tree, moved: Mask) -> Mask:
+def chain_joints(tree: Tree, moved: Mask) -> Mask:
     """Mask of the entries of q of revolute joints in the chain of a moving joint, shape (n_dof,)."""
-    parents, columns, n_children = _rows(tree)
-    before, found = moved[columns], arm_beyond(tree, moved)
+    parents, columns, n_children = _joint_rows(tree)
+    before, found = moved[columns], distal_joints(tree, moved)
     for row in range(len(parents) - 1, -1, -1):
         if parents[row] != BASE and n_children[parents[row]] == 1 and before[row]:
             before[parents[row]] = True
     found[columns[before]] = True
-    return found & _turns_alone(tree) & ~moved
+    return found & _revolute_entries(tree) & ~moved
 
 
-def _held_in_turn(tree: Tree, still: Mask, fixed: Mask, *, alone: bool) -> list[tuple[Mask, int]]:
+def _held_sets(tree: Tree, still: Mask, fixed: Mask, *, alone: bool) -> list[tuple[Mask, int]]:
     """The mask of held entries of q and the maximum number of checks of each trial, most held first.
 
     still: mask of the entries in which the goals equal the start. Trials with only one free entry are left out, since they have
     only the straight edge. If ``alone``, the trial with only ``fixed`` held is left out too, since it comes last.
     """
     moved, endless = ~(still | fixed), endless_entries(tree)
-    arms = np.zeros_like(moved), arm_beyond(tree, moved), arm_of(tree, moved)
+    arms = np.zeros_like(moved), distal_joints(tree, moved), chain_joints(tree, moved)
     found: list[tuple[Mask, int]] = []
-    for free, longer in (*((arm, 1) for arm in arms[:2]), (arms[2], _LONGER), (_chain_of(tree, moved), _LONGER)):
+    for free, longer in (*((arm, 1) for arm in arms[:2]), (arms[2], _ARM_FACTOR), (_supporting_chain(tree, moved), _ARM_FACTOR)):
         mask = fixed | (still & ~free)
         is_last = alone and np.array_equal(mask, fixed)
         is_straight = np.count_nonzero(~mask) == 1 and not endless[~mask].any()
@@ -127,13 +127,13 @@ def _held_in_turn(tree: Tree, still: Mask, fixed: Mask, *, alone: bool) -> list[
             continue
         if found and np.array_equal(mask, found[-1][0]):
             found.pop()
-        found.append((mask, longer * _checks_for(mask)))
+        found.append((mask, longer * _max_checks(mask)))
     return found
 
 
-def _chain_of(tree: Tree, moved: Mask) -> Mask:
+def _supporting_chain(tree: Tree, moved: Mask) -> Mask:
     """Mask of the entries of q that move the chains of moving joints or carry these, shape (n_dof,)."""
-    parents, columns, n_children = _rows(tree)
+    parents, columns, n_children = _joint_rows(tree)
     of_chain, found = moved[columns], np.zeros(tree.n_dof, dtype=bool)
     for row, parent in enumerate(parents.tolist()):
         if parent != BASE and n_children[parent] == 1 and of_chain[parent]:
@@ -145,14 +145,14 @@ def _chain_of(tree: Tree, moved: Mask) -> Mask:
     return found
 
 
-def _rows(tree: Tree) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+def _joint_rows(tree: Tree) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """The parent row, the entry of q and the number of children (rows, leaf links) of each joint row."""
     parents, columns = (tree.joints[:, column].astype(np.int64) for column in (PARENT, COLUMN))
     carriers = [row for row in (*parents.tolist(), *(tree.link_row[link] for link in tree.leaves)) if row != BASE]
     return parents, columns, np.bincount(np.array(carriers, dtype=np.int64), minlength=len(parents))
 
 
-def _turns_alone(tree: Tree) -> Mask:
+def _revolute_entries(tree: Tree) -> Mask:
     """Mask of the entries of q of revolute joints: neither slides nor parts of planar or floating joints, shape (n_dof,)."""
     found = np.zeros(tree.n_dof, dtype=bool)
     for part in tree.joint_slices:
@@ -163,6 +163,6 @@ def _turns_alone(tree: Tree) -> Mask:
     return found
 
 
-def _checks_for(fixed: Mask) -> int:
+def _max_checks(fixed: Mask) -> int:
     """The maximum number of edges of a trial; it grows with the number of free entries of q."""
     return _CHECKS ** min(int(np.count_nonzero(~fixed)), _MAX_POWER)

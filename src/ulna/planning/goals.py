@@ -32,10 +32,10 @@ from ulna.kinematics.tree import Tree
 from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan, PlanStatus, no_plan
 from ulna.planning.space import same_entries
-from ulna.planning.targets import Targets, joint_of, own_columns
+from ulna.planning.targets import Targets, joint_name, own_columns
 
 Array = NDArray[np.float64]
-SPREAD = 16  # configurations per pose of a redundant arm, or positions of the joint that its closed form holds
+N_SAMPLES_PER_POSE = 16  # configurations per pose of a redundant arm, or positions of the joint that its closed form holds
 _SEEDS = 16  # seeds of a numeric search for a pose with held joints
 _FIRST_CHOICES, _MAX_CHOICES = 1024, 65536  # combinations of one solution per link: first round, second round
 _MAX_GOALS = 32  # combinations that become goals, nearest to the start
@@ -47,11 +47,11 @@ class Goals(NamedTuple):
 
     Attributes:
         q: The configurations, shape (n, n_dof).
-        of: The index of the given goal that each configuration solves, shape (n,).
+        goal_index: The index of the given goal that each configuration solves, shape (n,).
     """
 
     q: Array
-    of: NDArray[np.int64]
+    goal_index: NDArray[np.int64]
 
 
 class Request(NamedTuple):
@@ -68,8 +68,9 @@ class Request(NamedTuple):
         seed: Seed of the search for a pose.
         fixed: The entries of q that keep their positions, shape (n_dof,).
         keeps: The constraints.
-        narrow: The constraints for the kernels, with slightly smaller tolerances; None without constraints.
-        beside: By link: the pose relative to the goal's link of each link that a constraint ties to it; see ``poses_beside``.
+        search_constraints: The constraints for the kernels, with slightly smaller tolerances; None without constraints.
+        relative_poses: By link: the pose relative to the goal's link of each link that a constraint ties to it; see
+            ``relative_goal_poses``.
         dynamics: The dynamics of the robot.
         spread: The number of configurations to compute for a pose.
     """
@@ -84,10 +85,10 @@ class Request(NamedTuple):
     seed: int
     fixed: NDArray[np.bool_]
     keeps: tuple[Keep, ...]
-    narrow: Constraints | None
-    beside: Mapping[str, Array]
+    search_constraints: Constraints | None
+    relative_poses: Mapping[str, Array]
     dynamics: Dynamics
-    spread: int = SPREAD
+    spread: int = N_SAMPLES_PER_POSE
 
     @property
     def tree(self) -> Tree:
@@ -116,11 +117,11 @@ class Request(NamedTuple):
             if isinstance(shapes.get(name), PointCloud):
                 hint += f"; {name} is a point cloud: if its points are on the robot itself, cloud.without(robot, q) removes them"
         more = f" and {count_of(len(pairs) - _MAX_PAIRS, 'more pair')}" if len(pairs) > _MAX_PAIRS else ""
-        words = ", ".join(_in_words(pair, self.margin) for pair in pairs[:_MAX_PAIRS])
+        words = ", ".join(_describe_pair(pair, self.margin) for pair in pairs[:_MAX_PAIRS])
         return Reason(words + more + hint, Report(pairs))
 
 
-def _in_words(pair: Pair, margin: float) -> str:
+def _describe_pair(pair: Pair, margin: float) -> str:
     distance = pair.signed_distance * 1e3
     if distance > 0.0:
         return f"{pair.name_a} is {distance:.3g} mm from {pair.name_b}, nearer than {margin * 1e3:.3g} mm"
@@ -138,18 +139,18 @@ def free_goals(request: Request, targets: Targets, free: NDArray[np.bool_]) -> G
         InputError: A goal configuration moves a joint that keeps its position.
     """
     if isinstance(targets, np.ndarray):
-        return _of_configurations(request, targets, free)
+        return _configuration_goals(request, targets, free)
     link, T = next(iter(targets.items()))
     if T.ndim == 2:
-        return _of_links(request, targets)
-    return _of_poses(request, link, T) if len(targets) == 1 else _of_several(request, targets)
+        return _link_goals(request, targets)
+    return _pose_goals(request, link, T) if len(targets) == 1 else _alternative_goals(request, targets)
 
 
-def _of_configurations(request: Request, q: Array, free: NDArray[np.bool_]) -> Goals | Plan:
+def _configuration_goals(request: Request, q: Array, free: NDArray[np.bool_]) -> Goals | Plan:
     fixed = request.fixed
     if fixed.any() and (moved := ~same_entries(request.tree, request.start, q) & fixed).any():
         row, k = np.argwhere(moved)[0]
-        way = f"joint {joint_of(k, request.tree)!r} would move from {request.start[k]:.6g} to {q[row, k]:.6g}"
+        way = f"joint {joint_name(k, request.tree)!r} would move from {request.start[k]:.6g} to {q[row, k]:.6g}"
         raise InputError("goal", f"{way}, but it is held, or outside the group")
     if free.all():
         return Goals(q, np.arange(len(q)))  # the most frequent case
@@ -158,76 +159,76 @@ def _of_configurations(request: Request, q: Array, free: NDArray[np.bool_]) -> G
     return no_plan(request.tree, PlanStatus.GOAL_IN_COLLISION, request.collision(q[0]))
 
 
-def _of_poses(request: Request, link: str, poses: Array) -> Goals | Plan:
+def _pose_goals(request: Request, link: str, poses: Array) -> Goals | Plan:
     """The free configurations in which a link is at one of several poses, shape (n, 4, 4)."""
-    rows, of, fixed = [], [], request.fixed
+    rows, goal_index, fixed = [], [], request.fixed
     for i, T in enumerate(poses):
-        found = _solutions_of(request, link, T, fixed)
+        found = _find_solutions(request, link, T, fixed)
         found[:, fixed] = request.start[fixed]
         found = found[request.is_free(found)] if len(found) else found
         rows.append(found)
-        of.append(np.full(len(found), i))
+        goal_index.append(np.full(len(found), i))
     q = np.concatenate(rows)
     if len(q):
-        return Goals(q, np.concatenate(of))
+        return Goals(q, np.concatenate(goal_index))
     result = _solve(request, link, poses[0], request.start)
     if result.success and request.is_free(result.q[None])[0]:
         return Goals(result.q[None].copy(), np.zeros(1, dtype=np.int64))
     if result.success or result.status == Status.IN_COLLISION:
         return no_plan(request.tree, PlanStatus.GOAL_IN_COLLISION, request.collision(result.q))
-    return no_plan(request.tree, PlanStatus.GOAL_UNREACHABLE, Reason(_why_not(result), result))
+    return no_plan(request.tree, PlanStatus.GOAL_UNREACHABLE, Reason(_ik_reason(result), result))
 
 
-def _of_links(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
+def _link_goals(request: Request, poses: Mapping[str, Array]) -> Goals | Plan:
     """The free configurations in which each link is at its pose, shape (4, 4), nearest to the start first."""
     tree, fixed = request.tree, request.fixed
-    alone, own, each = _of_one_link(request), own_columns(poses, tree), {}
+    alone, own, each = _single_link_request(request), own_columns(poses, tree), {}
     for link, T in poses.items():
-        found = _solutions_of(alone, link, T, fixed | ~own[link])
+        found = _find_solutions(alone, link, T, fixed | ~own[link])
         if not len(found):
             result = _solve(alone, link, T, request.start)
             if not result.success:
-                return no_plan(tree, PlanStatus.GOAL_UNREACHABLE, Reason(f"{link}: {_why_not(result)}", result))
+                return no_plan(tree, PlanStatus.GOAL_UNREACHABLE, Reason(f"{link}: {_ik_reason(result)}", result))
             found = result.q[None]
-        each[link] = _nearest_first(found, request.start, own[link])
+        each[link] = _sort_by_distance(found, request.start, own[link])
     q = request.start[None]
     for most in (_FIRST_CHOICES, _MAX_CHOICES):  # the nearest solutions of each link first; more if none of these is free
-        q = _choices(each, own, request.start, max(1, int(most ** (1 / len(poses)) + 1e-9)))
+        q = _combine_solutions(each, own, request.start, max(1, int(most ** (1 / len(poses)) + 1e-9)))
         free = q[request.is_free(q)]
         if len(free):
-            free = _nearest_first(free, request.start, ~fixed)[:_MAX_GOALS]
+            free = _sort_by_distance(free, request.start, ~fixed)[:_MAX_GOALS]
             return Goals(free, np.zeros(len(free), dtype=np.int64))
     return no_plan(tree, PlanStatus.GOAL_IN_COLLISION, request.collision(q[0]))
 
 
-def _why_not(result: IKResult) -> str:
+def _ik_reason(result: IKResult) -> str:
     """The reason of failed inverse kinematics, without the leading status."""
     return str(result).removeprefix(f"{Status.UNREACHABLE}: ")
 
 
-def _of_several(request: Request, targets: Mapping[str, Array]) -> Goals | Plan:
+def _alternative_goals(request: Request, targets: Mapping[str, Array]) -> Goals | Plan:
     """The free configurations for alternative goals: each row has one pose per link, shape (n, 4, 4) each."""
-    found = [_of_links(request, dict(zip(targets, poses, strict=True))) for poses in zip(*targets.values(), strict=True)]
+    found = [_link_goals(request, dict(zip(targets, poses, strict=True))) for poses in zip(*targets.values(), strict=True)]
     goals = {i: each.q for i, each in enumerate(found) if isinstance(each, Goals)}
     if not goals:
         return found[0]
     return Goals(np.concatenate(list(goals.values())), np.repeat(list(goals), [len(q) for q in goals.values()]))
 
 
-def poses_reached(request: Request, poses: Mapping[str, Array], link: str, most: int) -> Array:
+def reached_poses(request: Request, poses: Mapping[str, Array], link: str, most: int) -> Array:
     """The poses of one of several links, shape (n, 4, 4), in the task's solutions nearest to the start."""
     own = own_columns(poses, request.tree)[link]
-    found = _solutions_of(_of_one_link(request), link, poses[link], request.fixed | ~own)
-    return forward_kinematics(request.tree, _nearest_first(found, request.start, own)[:most], link)
+    found = _find_solutions(_single_link_request(request), link, poses[link], request.fixed | ~own)
+    return forward_kinematics(request.tree, _sort_by_distance(found, request.start, own)[:most], link)
 
 
-def _of_one_link(request: Request) -> Request:
+def _single_link_request(request: Request) -> Request:
     """The request for one of several links, without a world and with all fixed joints held."""
     slices = zip(request.tree.joint_names, request.tree.joint_slices, strict=True)
     return request._replace(world=None, held=tuple(name for name, part in slices if request.fixed[part].any()))
 
 
-def _choices(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], start: Array, n_each: int) -> Array:
+def _combine_solutions(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], start: Array, n_each: int) -> Array:
     """All combinations of the first ``n_each`` solutions of each link, shape (n, n_dof); other entries are the start's."""
     choices = list(product(*(found[:n_each] for found in each.values())))
     q = np.tile(start, (len(choices), 1))
@@ -237,11 +238,11 @@ def _choices(each: Mapping[str, Array], own: Mapping[str, NDArray[np.bool_]], st
     return q
 
 
-def _nearest_first(q: Array, start: Array, columns: NDArray[np.bool_]) -> Array:
+def _sort_by_distance(q: Array, start: Array, columns: NDArray[np.bool_]) -> Array:
     return q[np.argsort(np.linalg.norm((q - start)[:, columns], axis=1), kind="stable")]
 
 
-def _solutions_of(request: Request, link: str, T: Array, fixed: NDArray[np.bool_]) -> Array:
+def _find_solutions(request: Request, link: str, T: Array, fixed: NDArray[np.bool_]) -> Array:
     """All configurations found for a pose of a link, shape (n, n_dof); ``fixed`` entries are arbitrary."""
     if fixed[request.tree.moving_columns(link)].any():
         n = request.tree.n_dof

@@ -144,29 +144,29 @@ class Hand(NamedTuple):
 
     def narrowed(self, peaks: Iterable[Any], share: float) -> Hand:
         """A copy with limits reduced by the excess of the peaks, and by the factor ``share``."""
-        beyond = {peak.quantity: peak.limit / peak.bound * share for peak in _of(peaks, self.link) if not peak}
+        beyond = {peak.quantity: peak.limit / peak.bound * share for peak in _peaks_of_link(peaks, self.link) if not peak}
         return self._replace(limits=replace(self.limits, **{name: factor * self.limit(name) for name, factor in beyond.items()}))
 
-    def gentler(self, share: float) -> Hand:
+    def with_less_acceleration(self, share: float) -> Hand:
         """A copy with a share of the acceleration limit."""
         most = self.limits.acceleration
         return self if most is None else self._replace(limits=replace(self.limits, acceleration=share * most))
 
-    def moved(self, q: Array, qd: Array) -> tuple[Array, Array]:
+    def velocities(self, q: Array, qd: Array) -> tuple[Array, Array]:
         """The velocity and the angular velocity of the link, shape (n, 3) each; q, qd: shape (n, n_dof)."""
         twist = (self.jacobian(q) @ qd[..., None])[..., 0]
         return twist[..., :3], twist[..., 3:]
 
     def stopping_distance(self, q: Array, qd: Array) -> float:
         """The braking distance, in the norm of q, with half of the hand's acceleration; the other half may turn it."""
-        speed = float(np.linalg.norm(self.moved(q[None], qd[None])[0]))
+        speed = float(np.linalg.norm(self.velocities(q[None], qd[None])[0]))
         return float(np.linalg.norm(qd)) * speed / self.limit("acceleration")
 
-    def bent(self, q: Array, qd: Array) -> Array:
+    def bias_acceleration(self, q: Array, qd: Array) -> Array:
         """The acceleration (dJ_v/dt) qd, shape (n, 3), by a central difference of J along the motion."""
         size = np.abs(qd).max(axis=-1, keepdims=True)
         step = _DIFFERENCE * qd / np.where(size > 0.0, size, 1.0)
-        (before, _), (behind, _) = self.moved(q - step, qd), self.moved(q + step, qd)
+        (before, _), (behind, _) = self.velocities(q - step, qd), self.velocities(q + step, qd)
         return (behind - before) * size / (2.0 * _DIFFERENCE)
 
     def along(self, grid: Grid) -> PathBounds:
@@ -176,22 +176,23 @@ class Hand(NamedTuple):
         before, behind = np.full(n, NO_LIMIT), np.full(n, NO_LIMIT)
         steepest = np.maximum(np.abs(grid.slopes), np.abs(ends))
         extents = np.maximum(np.abs(grid.starts), np.abs(until)).max(axis=0) + (steepest * grid.steps[:, None]).max(axis=0)
-        at_ends = [self.moved(grid.starts, grid.slopes), self.moved(until, ends)]
+        at_ends = [self.velocities(grid.starts, grid.slopes), self.velocities(until, ends)]
         rates, beside = self.rates(extents, steepest, grid.bends, np.zeros_like(ends)), grid.steps**2 / 8.0
         for k, (quantity, weights) in enumerate((("speed", rates.arms), ("angular_speed", rates.turns))):
             if self.limit(quantity) < np.inf:
-                more = beside * rates.third(weights) + 1e-100
+                more = beside * rates.third_derivative_bound(weights) + 1e-100
                 sizes = [np.linalg.norm(moved[k], axis=1) + more for moved in at_ends]
-                early, late = ((_WITHIN * self.limit(quantity) / size) ** 2 / _between(*sizes) for size in sizes)
+                early, late = ((_WITHIN * self.limit(quantity) / size) ** 2 / _max_between(*sizes) for size in sizes)
                 early[0] = (self.limit(quantity) / (sizes[0][0] - more[0] + 1e-100)) ** 2  # a motion may start at its limit
                 before, behind = np.minimum(before, early), np.minimum(behind, late)
         if self.limit("acceleration") == np.inf:
             return PathBounds(before, behind)
         limit = _WITHIN * self.limit("acceleration")
         curved = [
-            self.moved(q, grid.bends)[0] + self.bent(q, slopes) for q, slopes in ((grid.starts, grid.slopes), (until, ends))
+            self.velocities(q, grid.bends)[0] + self.bias_acceleration(q, slopes)
+            for q, slopes in ((grid.starts, grid.slopes), (until, ends))
         ]
-        sides = [_sides(moved[0], bend) for moved, bend in zip(at_ends, curved, strict=True)]
+        sides = [_polygon_components(moved[0], bend) for moved, bend in zip(at_ends, curved, strict=True)]
         before, behind = (
             np.minimum(ceiling, limit / np.maximum(across, 1e-100))
             for ceiling, (*_, across) in zip((before, behind), sides, strict=True)
@@ -207,18 +208,18 @@ class Hand(NamedTuple):
         limited = [(name, self.limit(name)) for name in QUANTITIES if self.limit(name) < np.inf]
         return tuple(_peak(self, name, timed, pieces, rates, limit) for name, limit in limited)
 
-    def same_as(self, other: object) -> bool:
+    def equals(self, other: object) -> bool:
         """Whether another limit is equal and for the same link."""
         return isinstance(other, Hand) and self == other
 
-    def of(self, dynamics: object) -> Hand:  # noqa: ARG002 - the signature of PathLimit
+    def with_dynamics(self, dynamics: object) -> Hand:  # noqa: ARG002 - the signature of PathLimit
         """The hand itself, since attached objects do not change its limits."""
         return self
 
     def refuse_ends(self, q: Array, velocities: Iterable[Array]) -> None:
         """Raise an error if velocities at the ends of a motion exceed the hand's limits."""
         for name, at, qd in zip(("start_velocity", "end_velocity"), q, velocities, strict=True):
-            for quantity, moved in zip(("speed", "angular_speed"), self.moved(at[None], qd[None]), strict=True):
+            for quantity, moved in zip(("speed", "angular_speed"), self.velocities(at[None], qd[None]), strict=True):
                 value, limit = float(np.linalg.norm(moved)), self.limit(quantity)
                 if value > _WITHIN * limit:
                     how = f"{quantity.replace('_', ' ')} of {self.link} would be {value:.4g} {UNITS[quantity]}"
@@ -249,20 +250,20 @@ class _Rates(NamedTuple):
     of: tuple[Array, ...]
     """The largest first, second, third ... derivative of each joint, shape (n, k) each."""
 
-    def third(self, weights: Array) -> Array:
+    def third_derivative_bound(self, weights: Array) -> Array:
         """A bound of the position's third derivative, or of the angular velocity's second, shape (n,)."""
         one, two, three = self.of[:3]
         first, second = (np.cumsum(rate, axis=1) for rate in (one, two))
-        return three @ weights + (first * (3.0 * second + first * first)) @ _steps_of(weights)
+        return three @ weights + (first * (3.0 * second + first * first)) @ _weight_differences(weights)
 
-    def fourth(self, weights: Array) -> Array:
+    def fourth_derivative_bound(self, weights: Array) -> Array:
         """A bound of the position's fourth derivative, shape (n,)."""
-        first, second, third = (np.cumsum(rate, axis=1) for rate in self.of[:3])
-        mixed = 4.0 * third * first + 3.0 * second**2 + 6.0 * second * first**2 + first**4
-        return self.of[3] @ weights + mixed @ _steps_of(weights)
+        first, second, third_derivative_bound = (np.cumsum(rate, axis=1) for rate in self.of[:3])
+        mixed = 4.0 * third_derivative_bound * first + 3.0 * second**2 + 6.0 * second * first**2 + first**4
+        return self.of[3] @ weights + mixed @ _weight_differences(weights)
 
 
-def _steps_of(weights: Array) -> Array:
+def _weight_differences(weights: Array) -> Array:
     """The differences of successive weights, shape (k,).
 
     Weighted with them, a product of cumulative sums gives each product of rates the weight of its last joint.
@@ -272,7 +273,7 @@ def _steps_of(weights: Array) -> Array:
     return steps
 
 
-def _of(peaks: Iterable[Any], link: str) -> Iterator[HandPeak]:
+def _peaks_of_link(peaks: Iterable[Any], link: str) -> Iterator[HandPeak]:
     """The peaks of one hand."""
     return (peak for peak in peaks if isinstance(peak, HandPeak) and peak.link == link)
 
@@ -299,7 +300,7 @@ def as_hands(hand: HandLimits | Iterable[HandLimits] | None, tree: Tree) -> tupl
     return tuple(hands)
 
 
-def _between(first: Array, last: Array) -> Array:
+def _max_between(first: Array, last: Array) -> Array:
     """The largest (speed / limit)^2 within each interval for a hand at its limit at both ends, shape (n,).
 
     It is computed at 17 samples, since (ds/dt)^2 is linear in the length, and |p'| at most linear.
@@ -308,7 +309,7 @@ def _between(first: Array, last: Array) -> Array:
     return ((1.0 + share * (ratio**-2 - 1.0)) * (1.0 + share * (ratio - 1.0)) ** 2).max(axis=1)
 
 
-def _sides(slopes: Array, bends: Array) -> tuple[Array, Array, Array]:
+def _polygon_components(slopes: Array, bends: Array) -> tuple[Array, Array, Array]:
     """The components of p' and p'' along a polygon's directions, shape (n, m) each, and |p''| across p', shape (n,)."""
     size = np.linalg.norm(slopes, axis=1)
     forward = slopes / np.where(size > 0.0, size, 1.0)[:, None]
@@ -374,23 +375,25 @@ _AT_NODES = np.linalg.inv(_bernstein(_NODES))  # maps values at the nodes to Ber
 def _peak(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, rates: _Rates, limit: float) -> HandPeak:
     """The peak of a quantity. Its bound is larger by about ``_PRECISION`` of the limit, or of the peak."""
     if quantity == "acceleration":
-        second = rates.fourth(rates.arms)
+        second = rates.fourth_derivative_bound(rates.arms)
     else:
-        second = rates.third(rates.arms if quantity == "speed" else rates.turns)
+        second = rates.third_derivative_bound(rates.arms if quantity == "speed" else rates.turns)
     scale = limit
     if limit == np.inf:
-        scale = max(_values(hand, quantity, timed, pieces, np.full(len(second), 2))[0].max(), 1e-9)
+        scale = max(_sample_values(hand, quantity, timed, pieces, np.full(len(second), 2))[0].max(), 1e-9)
     precision = _PRECISION * scale
     parts = pieces.steps * np.sqrt(second / (8.0 * precision))
     parts *= min(1.0, _MAX_SAMPLES / max(parts.sum(), 1.0))
     counts = np.maximum(np.ceil(parts), 1.0).astype(np.int64)
-    values, times, of = _values(hand, quantity, timed, pieces, counts)
+    values, times, of = _sample_values(hand, quantity, timed, pieces, counts)
     bounds = values + (second * (pieces.steps / counts) ** 2 / 8.0)[of]
     worst = int(np.argmax(values))
     return HandPeak(hand.link, quantity, float(values[worst]), float(times[worst]), float(bounds.max()), limit)
 
 
-def _values(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, counts: NDArray[np.int64]) -> tuple[Array, Array, Any]:
+def _sample_values(
+    hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, counts: NDArray[np.int64]
+) -> tuple[Array, Array, Any]:
     """The values of a quantity at even times of each piece, including both ends; the times; and the pieces' indices."""
     of = np.repeat(np.arange(len(counts)), counts + 1)
     first = np.repeat(np.cumsum(counts + 1) - (counts + 1), counts + 1)
@@ -399,7 +402,7 @@ def _values(hand: Hand, quantity: str, timed: Timed, pieces: _Pieces, counts: ND
     weights = _bernstein(shares)
     q, qd = timed.at(times).q, np.einsum("nj,njk->nk", weights, pieces.velocities[of])
     if quantity != "acceleration":
-        moved = hand.moved(q, qd)[0 if quantity == "speed" else 1]
+        moved = hand.velocities(q, qd)[0 if quantity == "speed" else 1]
     else:
-        moved = hand.moved(q, np.einsum("nj,njk->nk", weights, pieces.accelerations[of]))[0] + hand.bent(q, qd)
+        moved = hand.velocities(q, np.einsum("nj,njk->nk", weights, pieces.accelerations[of]))[0] + hand.bias_acceleration(q, qd)
     return np.linalg.norm(moved, axis=1), times, of

@@ -18,7 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.kernels.planning.time_records import TimedIntervals
-from ulna.planning.blend import CHORDS, ON_PATH, Beside, Edges, Grid, IsFree, edges_of, end_of, free_cuts, is_path_free, rounded
+from ulna.planning.blend import (
+    CHORDS,
+    ON_PATH,
+    Certificate,
+    Deviation,
+    Edges,
+    Grid,
+    edges_of,
+    end_of,
+    find_free_cuts,
+    is_path_free,
+    round_corners,
+)
 from ulna.planning.entries import time_parameterisation
 from ulna.planning.path_limits import PathLimit, factor_of, peaks_of
 from ulna.planning.positions import Farthest, farthest_between, farthest_of
@@ -29,26 +41,26 @@ from ulna.planning.timing import (
     Profile,
     Speeds,
     TimedPath,
-    along_lines,
-    fastest,
-    fastest_and_coasting,
+    follow_lines,
     grid_of,
+    time_optimal,
+    time_optimal_and_coasting,
 )
 
 Array = NDArray[np.float64]
 _MIN_WINDOW = 1e-4  # [s]: for a shorter window, differences are rounding
 _WITHIN = 1 - 1e-6  # factor of the jerk limits, since jerk is three differences
-_BESIDE = 2e-5  # [rad or m]: largest distance from a chord, with CHORDS chords per rounding; quadratic in the chords' length
-_BESIDE_SHARE = 0.02  # largest distance from a chord, as a share of the smallest tolerance of constraints
+_MAX_DEVIATION = 2e-5  # [rad or m]: largest distance from a chord, with CHORDS chords per rounding; quadratic in its length
+_DEVIATION_SHARE = 0.02  # largest distance from a chord, as a share of the smallest tolerance of constraints
 _SHARES = 0.7, 0.5, 0.35, 0.25  # shares of the acceleration that are tried
 _SHORT = 0.02  # window as a share of the duration: for a shorter one no slower motion is tried
 _MAX_SHARES = 30  # maximum number of reductions of the acceleration
 _MAX_EXPECTED = 1e-4  # [rad or m]: largest expected deviation that the corners' certificates include
 _FASTER = 1.25  # factor of the speed on a parabola, relative to the length of the edges
-MAX_TIMES = 4  # maximum number of attempts with reduced limits of hands
-NARROWER = 1 - 1e-4  # factor of each reduction beyond the excess
+MAX_ATTEMPTS = 4  # maximum number of attempts with reduced limits of hands
+REDUCTION = 1 - 1e-4  # factor of each reduction beyond the excess
 _MAX_TRIES = 12  # iterations of the window, which depends on the path, which depends on the window
-_LEAVES = 1.0, 0.15, 0.015  # deviations, as shares of the smallest tolerance, that are tried with less acceleration
+_DEVIATION_SHARES = 1.0, 0.15, 0.015  # deviations, as shares of the smallest tolerance, that are tried with less acceleration
 _HALVINGS = 4  # maximum halvings of a rounding that is not free; then the motion stops at the corner
 _HALVINGS_FIRST = 2  # halvings before less acceleration is tried
 _FAR = 0.1  # share of a tolerance: for larger deviations at most corners, smaller roundings do not help
@@ -66,7 +78,7 @@ class Span(NamedTuple):
     """The index of the last of these parabolas."""
     acceleration: Array
     """The largest acceleration of the motion in the interval, shape (n_dof,)."""
-    beside: float
+    deviation: float
     """The largest distance from a chord [rad or m]."""
 
     def chords(self, begin: float) -> tuple[Array, Array]:
@@ -74,10 +86,10 @@ class Span(NamedTuple):
 
         Between two times h apart the motion lies within a h^2 / 8 of the chord, where a is the largest acceleration.
         """
-        step = math.sqrt(8.0 * self.beside / max(self.acceleration.max(), 1e-300))
+        step = math.sqrt(8.0 * self.deviation / max(self.acceleration.max(), 1e-300))
         n = max(1, math.ceil((self.end - begin) / step))
-        beside = self.acceleration * ((self.end - begin) / n) ** 2 / 8 * (1 + 1e-9)
-        return np.linspace(begin, self.end, n + 1), np.tile(beside, (n, 1))
+        deviation = self.acceleration * ((self.end - begin) / n) ** 2 / 8 * (1 + 1e-9)
+        return np.linspace(begin, self.end, n + 1), np.tile(deviation, (n, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +104,7 @@ class JerkLimited:
 
     base: TimedPath
     window: float
-    beside: float = _BESIDE
+    deviation: float = _MAX_DEVIATION
     limits_jerk = True
 
     @property
@@ -107,7 +119,7 @@ class JerkLimited:
 
     def slowed(self, factor: float) -> JerkLimited:
         """A slower motion: at time t it is where this one is at ``factor`` t."""
-        return JerkLimited(self.base.slowed(factor), self.window / factor, self.beside)
+        return JerkLimited(self.base.slowed(factor), self.window / factor, self.deviation)
 
     @cached_property
     def times(self) -> Array:
@@ -118,13 +130,13 @@ class JerkLimited:
     @cached_property
     def _areas(self) -> tuple[Array, Array]:
         """The integral of q - q(0) up to each grid point, shape (n + 1, n_dof), and its rounding error."""
-        steps = self._over(np.arange(len(self.base.grid.steps)), np.diff(self.base.times))[0]
+        steps = self._integrate(np.arange(len(self.base.grid.steps)), np.diff(self.base.times))[0]
         sums = np.vstack([np.zeros(steps.shape[1]), np.cumsum(steps, axis=0)])
         back = sums[1:] - sums[:-1]
         lost = (sums[:-1] - (sums[1:] - back)) + (steps - back)  # Knuth's sum of two numbers and its error
         return sums, np.vstack([np.zeros(steps.shape[1]), np.cumsum(lost, axis=0)])
 
-    def _over(self, i: NDArray[np.int64], t: Array, since: Array | float = 0.0) -> tuple[Array, Array, Array]:
+    def _integrate(self, i: NDArray[np.int64], t: Array, since: Array | float = 0.0) -> tuple[Array, Array, Array]:
         """The integral of q - q(0), and the changes of q and qd, over a time t of intervals i.
 
         The shape is (..., n_dof) each. since: the start of t after the interval's start [s]. The polynomials are expanded at
@@ -155,7 +167,11 @@ class JerkLimited:
             grid.starts[k] - grid.starts[last],
             grid.slopes[k] * speeds[k] - grid.slopes[last] * speeds[last],
         )
-        parts = self._over(i, np.minimum(times[i + 1], until) - t, t - times[i]), between, self._over(k, until - times[k])
+        parts = (
+            self._integrate(i, np.minimum(times[i + 1], until) - t, t - times[i]),
+            between,
+            self._integrate(k, until - times[k]),
+        )
         rates = behind.q - grid.starts[0], behind.qd, behind.qdd
         longer = ((until - t) - self.window)[..., None]  # excess over the window, by rounding
         area, way, faster = (
@@ -191,31 +207,31 @@ class JerkLimited:
             if span.end > now:
                 if span.begin > now:
                     go_straight(span.begin)
-                ends, beside = span.chords(max(span.begin, now))
+                ends, deviation = span.chords(max(span.begin, now))
                 times.append(ends[1:])
-                spreads.append(beside)
+                spreads.append(deviation)
                 now = span.end
         if now < self.duration or not spreads:
             go_straight(self.duration)
         return self.at(np.concatenate(times)).q, np.concatenate(spreads)
 
     @property
-    def leaves_by(self) -> float:
+    def deviation_bound(self) -> float:
         """An upper bound of the deviation from the base's path in an entry of q [rad or m]; 0 on lines."""
-        return max((mean_leaves_by(span.acceleration, self.window) for span in self._spans), default=0.0)
+        return max((average_deviation(span.acceleration, self.window) for span in self._spans), default=0.0)
 
     @property
     def reach(self) -> float:
         """The path length around a parabola on which the motion may deviate: half the window at top speed."""
         return 0.5 * self.window * float(self.base.profile.speeds.max())
 
-    def corners_not_free(self, is_free: IsFree) -> list[int]:
-        """The indices of the path's parabolas near which the motion is not free. is_free: as for ``timed_path``."""
+    def corners_not_free(self, certificate: Certificate) -> list[int]:
+        """The indices of the path's parabolas near which the motion is not free."""
         spans, found = [span.chords(span.begin) for span in self._spans], []
         ends = np.cumsum([len(times) for times, _ in spans])
         q = np.split(self.at(np.concatenate([times for times, _ in spans])).q, ends[:-1]) if spans else []
         for span, points, (_, spreads) in zip(self._spans, q, spans, strict=True):
-            if not is_path_free(is_free, points, spreads):
+            if not is_path_free(certificate, points, spreads):
                 found += range(span.first, span.last + 1)
         return found
 
@@ -232,11 +248,11 @@ class JerkLimited:
         apart = np.flatnonzero(begin[1:] > end[:-1]) + 1
         groups = np.stack([np.concatenate([[0], apart]), np.concatenate([apart, [len(begin)]]) - 1], axis=1)
         most = np.maximum(*map(np.abs, bounds_of_acceleration(self.base)))
-        spans, beside = [], min(self.beside, _BESIDE * (CHORDS / self.base.grid.chords) ** 2)
+        spans, deviation = [], min(self.deviation, _MAX_DEVIATION * (CHORDS / self.base.grid.chords) ** 2)
         for i, k in groups.tolist():
             start, until = float(begin[i]), min(float(end[k]), self.duration)
             reached = self.base.interval_at(np.array([start, until + self.window])).tolist()
-            spans.append(Span(start, until, i, k, most[reached[0] : reached[1] + 1].max(axis=0), beside))
+            spans.append(Span(start, until, i, k, most[reached[0] : reached[1] + 1].max(axis=0), deviation))
         return spans
 
 
@@ -245,7 +261,7 @@ def timed_path(
     lengths: Array,
     blend: float,
     limits: Limits,
-    is_free: IsFree,
+    certificate: Certificate,
     within: float = math.inf,
     speeds: Speeds = AT_REST,
 ) -> TimedPath | JerkLimited | None:
@@ -259,7 +275,7 @@ def timed_path(
         lengths: The lengths of its edges, above 0, shape (n - 1,).
         blend: The largest length of an edge that a rounding replaces.
         limits: The limits of joints.
-        is_free: The certificate, with the limits of hands and torques.
+        certificate: The certificate, with the limits of hands and torques.
         within: The largest distance from the path in each entry of q [rad or m]. Parabolas use half of it, the moving average the
             other half.
         speeds: The path speeds at the ends.
@@ -267,95 +283,95 @@ def timed_path(
     Returns:
         The motion. None if the speeds at its ends are not possible within the limits; from rest to rest a motion always exists.
     """
-    narrower, slowest = is_free, None
-    for _ in range(MAX_TIMES):
+    narrower, slowest = certificate, None
+    for _ in range(MAX_ATTEMPTS):
         timed = _timed_path(path, lengths, blend, limits, narrower, within, speeds)
-        if timed is None or not is_free.caps:
+        if timed is None or not certificate.caps:
             return timed
-        peaks = peaks_of(timed, is_free.caps)
+        peaks = peaks_of(timed, certificate.caps)
         if all(peaks):
             return timed
-        narrower = narrower._replace(caps=tuple(cap.narrowed(peaks, NARROWER) for cap in narrower.caps))
+        narrower = narrower._replace(caps=tuple(cap.narrowed(peaks, REDUCTION) for cap in narrower.caps))
         if speeds == AT_REST:
-            slowed = timed.slowed(NARROWER * factor_of(peaks))
+            slowed = timed.slowed(REDUCTION * factor_of(peaks))
             slowest = slowed if slowest is None or slowed.duration < slowest.duration else slowest
     return slowest
 
 
 def _timed_path(
-    path: Array, lengths: Array, blend: float, limits: Limits, is_free: IsFree, within: float, speeds: Speeds
+    path: Array, lengths: Array, blend: float, limits: Limits, certificate: Certificate, within: float, speeds: Speeds
 ) -> TimedPath | JerkLimited | None:
     """``timed_path`` without the check of peaks between the grid points of its path."""
-    (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, is_free.chords)
+    (velocity, acceleration, jerk), edges = limits, edges_of(path, lengths, certificate.chords)
     if jerk is None:
-        pieces = rounded(edges, free_cuts(edges, blend, is_free, within))
-        return fastest(grid_of(pieces), velocity, acceleration, speeds, caps=is_free.caps)
-    beside = _expected(edges, velocity, acceleration, jerk)
-    cuts = free_cuts(edges, blend, is_free, 0.5 * within, beside)
+        pieces = round_corners(edges, find_free_cuts(edges, blend, certificate, within))
+        return time_optimal(grid_of(pieces), velocity, acceleration, speeds, caps=certificate.caps)
+    deviation = _expected_deviation(edges, velocity, acceleration, jerk)
+    cuts = find_free_cuts(edges, blend, certificate, 0.5 * within, deviation)
     if np.count_nonzero(cuts) < np.count_nonzero(edges.turns):
-        beside, cuts = ON_PATH, free_cuts(edges, blend, is_free, 0.5 * within)
+        deviation, cuts = ON_PATH, find_free_cuts(edges, blend, certificate, 0.5 * within)
     halvings, most, largest = np.zeros(len(cuts), dtype=int), math.inf, cuts.copy()
-    slower = [share * is_free.tolerance for share in _LEAVES if is_free.tolerance < math.inf]
+    slower = [share * certificate.tolerance for share in _DEVIATION_SHARES if certificate.tolerance < math.inf]
     moves = speeds != AT_REST
-    while cuts.any() or moves or is_free.caps:  # seven phases need one speed limit per line, but a hand's varies along it
+    while cuts.any() or moves or certificate.caps:  # seven phases need one speed limit per line, but a hand's varies along it
         near = min(0.5 * within, most)
-        is_free.limit.refuse_longer(_SLOW)
-        motion = _near(rounded(edges, cuts), velocity, acceleration, jerk, near, speeds, is_free)
+        certificate.limit.refuse_longer(_SLOW)
+        motion = _average_within(round_corners(edges, cuts), velocity, acceleration, jerk, near, speeds, certificate)
         if motion is None and (moves or not cuts.any()):
             return None
         if motion is None:
             cuts[:] = 0.0
             continue
-        by = mean_leaves_by(acceleration, motion.window)
-        is_covered = not halvings.any() and by <= beside.by and motion.reach <= beside.reach
-        corners = np.flatnonzero(cuts)[[] if is_covered else motion.corners_not_free(is_free)]
+        by = average_deviation(acceleration, motion.window)
+        is_covered = not halvings.any() and by <= deviation.by and motion.reach <= deviation.reach
+        corners = np.flatnonzero(cuts)[[] if is_covered else motion.corners_not_free(certificate)]
         if not len(corners):
             return motion
-        hopeless = motion.leaves_by > _FAR * is_free.tolerance and len(corners) > 0.5 * np.count_nonzero(cuts)
+        hopeless = motion.deviation_bound > _FAR * certificate.tolerance and len(corners) > 0.5 * np.count_nonzero(cuts)
         if slower and (hopeless or (halvings[corners] == _HALVINGS_FIRST).any()):
             most, cuts, halvings[:] = slower.pop(0), largest.copy(), 0
             continue
         halvings[corners] += 1
         cuts[corners] = np.where(halvings[corners] > _HALVINGS, 0.0, 0.5 * cuts[corners])
-    return along_lines(rounded(edges, cuts), velocity, acceleration, jerk)
+    return follow_lines(round_corners(edges, cuts), velocity, acceleration, jerk)
 
 
-def _expected(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -> Beside:
+def _expected_deviation(edges: Edges, velocity: Array, acceleration: Array, jerk: Array) -> Deviation:
     """The expected deviation of the moving average from the path, which the corners' certificates include; 0 if it is large.
 
     The expected window is 2 a / j, since the acceleration may jump from -a to a.
     """
     window = 2.0 * float((acceleration / jerk).max()) * (1 + 1e-5)
-    by = mean_leaves_by(acceleration, window)
+    by = average_deviation(acceleration, window)
     if by > _MAX_EXPECTED:
         return ON_PATH
     with np.errstate(divide="ignore"):
         speeds = (velocity / np.abs(edges.directions)).min(axis=1)
-    return Beside(by, 0.5 * window * _FASTER * float(speeds.max()))
+    return Deviation(by, 0.5 * window * _FASTER * float(speeds.max()))
 
 
-def _near(
-    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, is_free: IsFree
+def _average_within(
+    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, within: float, speeds: Speeds, certificate: Certificate
 ) -> JerkLimited | None:
     """The moving average that deviates from the pieces by at most ``within``, with acceleration reduced as needed; or None."""
     share = 1.0
     for _ in range(_MAX_SHARES):
-        motion = _averaged(pieces, velocity, share * acceleration, jerk, speeds, is_free)
-        if motion is None or math.isinf(within) or motion.leaves_by <= within:
+        motion = _fastest_average(pieces, velocity, share * acceleration, jerk, speeds, certificate)
+        if motion is None or math.isinf(within) or motion.deviation_bound <= within:
             return motion
-        share *= min(0.95, max(0.2, (within / motion.leaves_by) ** (1 / 3)))  # the window grows with the acceleration
+        share *= min(0.95, max(0.2, (within / motion.deviation_bound) ** (1 / 3)))  # the window grows with the acceleration
     return None
 
 
-def _averaged(
-    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, is_free: IsFree
+def _fastest_average(
+    pieces: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, certificate: Certificate
 ) -> JerkLimited | None:
     """The fastest moving average along pieces: of the time-optimal motion, or of one with less acceleration or with coasts.
 
     Less acceleration needs a shorter window. A motion that switches from acceleration to braking at once needs a window twice as
     long as a motion that coasts in between.
     """
-    grid, find, caps = grid_of(pieces), _with_share if speeds == AT_REST else _moving, is_free.caps
+    grid, find, caps = grid_of(pieces), _best_candidate if speeds == AT_REST else _moving_candidate, certificate.caps
     best = find(grid, velocity, acceleration, jerk, speeds, caps)
     for share in _SHARES:
         if best is not None and best.window < _SHORT * best.duration:
@@ -366,12 +382,12 @@ def _averaged(
         best = slower
     if best is None:
         return None
-    return JerkLimited(with_pauses(best.motion, best.window, speeds.end), best.window, beside_of(is_free))
+    return JerkLimited(add_pauses(best.motion, best.window, speeds.end), best.window, max_deviation(certificate))
 
 
-def beside_of(is_free: IsFree) -> float:
+def max_deviation(certificate: Certificate) -> float:
     """The largest distance from a certified chord [rad or m], much smaller than the tolerances of constraints."""
-    return min(_BESIDE, _BESIDE_SHARE * is_free.tolerance)
+    return min(_MAX_DEVIATION, _DEVIATION_SHARE * certificate.tolerance)
 
 
 class _Candidate(NamedTuple):
@@ -386,7 +402,7 @@ class _Candidate(NamedTuple):
         return float(self.motion.times[-1]) + self.window * (len(self.motion.grid.borders) - 1)
 
 
-def _with_share(
+def _best_candidate(
     grid: Grid,
     velocity: Array,
     acceleration: Array,
@@ -396,12 +412,12 @@ def _with_share(
     least: float = _MIN_WINDOW,
 ) -> _Candidate | None:
     """The faster of the time-optimal motion and one that coasts; None if the speeds at the ends are not possible."""
-    motions = fastest_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, caps)
-    candidates = [_Candidate(motion, least_window_of(motion, jerk, least)) for motion in motions]
+    motions = time_optimal_and_coasting(grid, velocity, acceleration, float((acceleration / jerk).max()), speeds, caps)
+    candidates = [_Candidate(motion, min_window(motion, jerk, least)) for motion in motions]
     return min(candidates, key=lambda candidate: candidate.duration, default=None)
 
 
-def _moving(
+def _moving_candidate(
     grid: Grid, velocity: Array, acceleration: Array, jerk: Array, speeds: Speeds, caps: tuple[PathLimit, ...]
 ) -> _Candidate | None:
     """The fastest motion with a velocity at an end, where its base continues straight for half the window.
@@ -411,15 +427,15 @@ def _moving(
     """
     window = _MIN_WINDOW
     for _ in range(_MAX_TRIES):
-        left = _without_ends(grid, 0.5 * window * speeds.start, 0.5 * window * speeds.end)
-        found = None if left is None else _with_share(left, velocity, acceleration, jerk, speeds, caps, window)
+        left = _trim_ends(grid, 0.5 * window * speeds.start, 0.5 * window * speeds.end)
+        found = None if left is None else _best_candidate(left, velocity, acceleration, jerk, speeds, caps, window)
         if found is None or found.window <= window:
             return found
         window = found.window * (1 + 1e-9)
     return None
 
 
-def _without_ends(grid: Grid, first: float, last: float) -> Grid | None:
+def _trim_ends(grid: Grid, first: float, last: float) -> Grid | None:
     """The path without lengths of its first and last line; None if these lines are too short."""
     ends = np.concatenate([[0.0], np.cumsum(grid.steps)])
     i, k = int(np.searchsorted(ends, first, side="right")) - 1, int(np.searchsorted(ends, ends[-1] - last, side="left"))
@@ -433,7 +449,7 @@ def _without_ends(grid: Grid, first: float, last: float) -> Grid | None:
     return Grid(starts, slopes, bends, steps, np.clip(grid.borders - i, 0, k - i), grid.chords)
 
 
-def least_window_of(motion: TimedPath, jerk: Array, least: float = _MIN_WINDOW) -> float:
+def min_window(motion: TimedPath, jerk: Array, least: float = _MIN_WINDOW) -> float:
     """The shortest window with which a motion's moving average is within the jerk limits [s], at least ``least``."""
     lows, highs = bounds_of_acceleration(motion)
     window = np.array([least])
@@ -450,12 +466,12 @@ def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
     return lows, highs
 
 
-def mean_leaves_by(acceleration: Array, window: float) -> float:
+def average_deviation(acceleration: Array, window: float) -> float:
     """The largest difference of a moving average from the middle of its window: a w^2 / 24."""
     return float(acceleration.max()) * window**2 / 24
 
 
-def with_pauses(motion: TimedPath, pause: float, end: float = 0.0) -> TimedPath:
+def add_pauses(motion: TimedPath, pause: float, end: float = 0.0) -> TimedPath:
     """The motion with a pause [s] at each stop, and extended straight by it at both ends.
 
     end: the path speed at its end, ds/dt.

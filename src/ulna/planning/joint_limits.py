@@ -29,7 +29,7 @@ _READ = {*(f"{end}_{kind}" for end in ("min", "max") for kind in _KINDS), *(f"ha
 _MEANING_NOTHING = {"has_effort_limits", "max_effort", "angle_wraparound"}
 
 
-class _Stated(NamedTuple):
+class _JointLimits(NamedTuple):
     """The limits of a joint in a document: missing positions are infinite, missing magnitudes NaN."""
 
     lower: float = -math.inf
@@ -56,13 +56,13 @@ def arm_limits_of(document: Any, names: Sequence[str], followers: Mapping[str, D
     if not any(name in joints for name in (*names, *followers)):
         has = listed([str(joint)[:80] for joint in joints]) or "none"
         raise DescriptionError(f"has none of the joints {', '.join(names)}; it has {has}", source)
-    stated, unknown = [_Stated()] * len(names), []
+    stated, unknown = [_JointLimits()] * len(names), []
     for k, name in enumerate(names):
         if name in joints:
-            stated[k] = _stated(joints[name], name, source, unknown)
+            stated[k] = _read_joint(joints[name], name, source, unknown)
     for name, drive in followers.items():
         if name in joints and drive.column is not None:
-            stated[drive.column] = _narrowed(stated[drive.column], _stated(joints[name], name, source, unknown), drive)
+            stated[drive.column] = _narrow(stated[drive.column], _read_joint(joints[name], name, source, unknown), drive)
     if unknown:
         warnings.warn(f"{source}: {listed(unknown)}: unknown and ignored", DescriptionWarning, stacklevel=6)
     lower, upper, velocity, acceleration, jerk = np.array(stated).T
@@ -72,7 +72,7 @@ def arm_limits_of(document: Any, names: Sequence[str], followers: Mapping[str, D
 
 def _mapping_with_limits(document: Any, source: str) -> dict[str, Any]:
     """The mapping that contains ``joint_limits``: the document, or a nested mapping, as in parameters of a ROS 2 node."""
-    found = list(_with_limits(document, "", _DEEPEST, set()))
+    found = list(_find_mappings(document, "", _DEEPEST, set()))
     if not found:
         raise DescriptionError("has no mapping joint_limits", source)
     if any(each[_KEY] != found[0][1][_KEY] for _, each in found[1:]):
@@ -82,20 +82,20 @@ def _mapping_with_limits(document: Any, source: str) -> dict[str, Any]:
     return found[0][1]
 
 
-def _with_limits(mapping: Any, at: str, depth: int, seen: set[int]) -> Iterator[tuple[str, dict[str, Any]]]:
+def _find_mappings(mapping: Any, at: str, depth: int, seen: set[int]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield each mapping that contains joint limits, with its path. Mappings with several aliases are visited once."""
     if not isinstance(mapping, Mapping) or not depth or id(mapping) in seen:
         return
     seen.add(id(mapping))
-    mapping = _without_dots(mapping)
+    mapping = _nest_dotted_names(mapping)
     if isinstance(mapping.get(_KEY), Mapping):
         yield at or "the top", mapping
         return
     for name, each in mapping.items():
-        yield from _with_limits(each, f"{at}/{name}" if at else str(name), depth - 1, seen)
+        yield from _find_mappings(each, f"{at}/{name}" if at else str(name), depth - 1, seen)
 
 
-def _without_dots(mapping: Mapping[Any, Any]) -> dict[Any, Any]:
+def _nest_dotted_names(mapping: Mapping[Any, Any]) -> dict[Any, Any]:
     """Convert dotted names, as ROS 2 writes parameters, to nested mappings."""
     if not any(isinstance(name, str) and f"{_KEY}." in name for name in mapping):
         return dict(mapping)
@@ -111,7 +111,7 @@ def _without_dots(mapping: Mapping[Any, Any]) -> dict[Any, Any]:
     return nested
 
 
-def _stated(joint: Any, name: str, source: str, unknown: list[str]) -> _Stated:
+def _read_joint(joint: Any, name: str, source: str, unknown: list[str]) -> _JointLimits:
     """Read the limits of a joint in a document; unknown keys are added to ``unknown``."""
     if not isinstance(joint, Mapping):
         raise DescriptionError(f"{name}: a mapping is expected, not {cited(joint)}", source)
@@ -119,7 +119,7 @@ def _stated(joint: Any, name: str, source: str, unknown: list[str]) -> _Stated:
     of_joint = _Joint(joint, name, source)
     lower, upper = of_joint.positions()
     velocity, acceleration, slowing, jerk = map(of_joint.magnitude, _KINDS[1:])
-    return _Stated(lower, upper, velocity, float(np.fmin(acceleration, slowing)), jerk)
+    return _JointLimits(lower, upper, velocity, float(np.fmin(acceleration, slowing)), jerk)
 
 
 class _Joint(NamedTuple):
@@ -171,11 +171,11 @@ class _Joint(NamedTuple):
         return DescriptionError(f"{self.name}: {message}", self.source)
 
 
-def _narrowed(leader: _Stated, follower: _Stated, drive: Drive) -> _Stated:
+def _narrow(leader: _JointLimits, follower: _JointLimits, drive: Drive) -> _JointLimits:
     """Narrow the limits of a leader by the limits of a mimic joint that follows it."""
     low, high = sorted((end - drive.offset) / drive.ratio for end in (follower.lower, follower.upper))
     rates = (float(np.fmin(own, other / abs(drive.ratio))) for own, other in zip(leader[2:], follower[2:], strict=True))
-    return _Stated(max(leader.lower, low), min(leader.upper, high), *rates)
+    return _JointLimits(max(leader.lower, low), min(leader.upper, high), *rates)
 
 
 def _scaling(mapping: Mapping[str, Any], key: str, source: str) -> float:

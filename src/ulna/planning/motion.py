@@ -17,9 +17,9 @@ from ulna.engine.records import Records
 from ulna.ik.time_limit import TimeLimit
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.planning.constraint_records import Constraints
-from ulna.planning.blend import CHORDS_ALONG, IsFree, is_path_free
-from ulna.planning.constraint_table import frozen, narrower, step_of, tightest
-from ulna.planning.edge_subdivision import TIGHT, finer
+from ulna.planning.blend import CHORDS_ALONG, Certificate, is_path_free
+from ulna.planning.constraint_table import freeze, max_step, min_tolerance, shrink_tolerances
+from ulna.planning.edge_subdivision import TIGHT, subdivide
 from ulna.planning.entries import search as entries
 from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.search_records import (
@@ -50,7 +50,7 @@ class EdgeChecker(NamedTuple):
         settings: The settings of a search, one read-only record.
         space: The configuration space.
         pace: The number of edges per slice.
-        keeps: The constraints (``constraint_table.table_of``), or None.
+        keeps: The constraints (``constraint_table.make_constraint_table``), or None.
     """
 
     scene: Scene
@@ -59,25 +59,25 @@ class EdgeChecker(NamedTuple):
     pace: Pace
     keeps: Constraints | None
 
-    def below(self, bound: float, start: Array, goals: Array) -> "EdgeChecker":
+    def with_bound(self, bound: float, start: Array, goals: Array) -> "EdgeChecker":
         """A copy for paths shorter than a bound: samples are limited to where such a path can pass."""
         settings = self.settings.copy()
         settings[0].bound = bound
         settings.setflags(write=False)
-        return self._replace(settings=settings, space=self.space.within(bound, start, goals))
+        return self._replace(settings=settings, space=self.space.with_bound(bound, start, goals))
 
     def checked(self, waypoints: Array, *, shorten: bool = False) -> Array | None:
         """Check a path, shape (n, n_dof): return it, shortened if asked, if each edge is free; else None."""
-        return self.counted(waypoints, shorten=shorten)[0]
+        return self.check_and_count(waypoints, shorten=shorten)[0]
 
-    def counted(self, waypoints: Array, *, shorten: bool = False) -> tuple[Array | None, int]:
+    def check_and_count(self, waypoints: Array, *, shorten: bool = False) -> tuple[Array | None, int]:
         """The result of ``checked``, and the number of checked edges."""
         path = _path_of(waypoints, no_rows((0, waypoints.shape[1])), SHORTEN if shorten else CONFIRM)
         found = path.waypoints[: path.state[0].points].copy() if self._ends_free(path) else None
         return found, int(path.state[0].checks)
 
     def n_free(self, paths: Array, spreads: Array) -> int:
-        """The number of paths, counted from the first, that are free; see ``blend.IsFree``."""
+        """The number of paths, counted from the first, that are free; see ``blend.Certificate``."""
         m, n, n_dof = paths.shape
         beside = np.zeros((m, n, n_dof))
         beside[:, :-1] = spreads
@@ -89,7 +89,7 @@ class EdgeChecker(NamedTuple):
         """Check a path, with shortening if its state says so; True if each of its edges is free."""
         samples, slices = no_rows((0, path.waypoints.shape[1])), Slices(2**62, TimeLimit(None), self.pace)
         tables = SearchTables(self.settings, self.space.table, samples, SearchState.records())
-        while slices.another(path.state[0]):
+        while slices.begin_slice(path.state[0]):
             code = entries.plan_slice(self.scene, self.keeps, tables, _no_trees(), path)
             if code != PAUSED:
                 return code == SOLVED
@@ -104,7 +104,7 @@ class Motion(NamedTuple):
         checker: The robot's collision checker.
         world: A copy of the world at planning time.
         margin: The minimum distance from objects [m].
-        keeps: The constraints (``constraint_table.table_of``), or None.
+        keeps: The constraints (``constraint_table.make_constraint_table``), or None.
         dynamics: The robot's dynamics, for torques.
     """
 
@@ -117,10 +117,10 @@ class Motion(NamedTuple):
 
     def edges(self, *, certify: bool) -> EdgeChecker:
         """A checker of edges, certified or at samples, with constraints of slightly smaller tolerances."""
-        objects, kept = NO_OBJECTS if self.world is None else self.world.objects(), _kept.get(self.checker)
+        objects, kept = NO_OBJECTS if self.world is None else self.world.objects(), _last_scenes.get(self.checker)
         if kept is None or kept[0] is not objects:
-            kept = _kept[self.checker] = objects, self.checker.scene_of(self.world, self_collision=True), Pace()
-        longest, keeps = step_of(self.keeps), narrower(self.keeps)
+            kept = _last_scenes[self.checker] = objects, self.checker.scene_of(self.world, self_collision=True), Pace()
+        longest, keeps = max_step(self.keeps), shrink_tolerances(self.keeps)
         settings = search_settings(self.space.n_moving, self.space.diameter, self.margin, longest, certify=certify)
         return EdgeChecker(kept[1], settings, self.space, kept[2], keeps)
 
@@ -132,22 +132,24 @@ class Motion(NamedTuple):
         return is_path_free(self.certificate, points, spreads)
 
     @property
-    def certificate(self) -> IsFree:
+    def certificate(self) -> Certificate:
         """The certificate of paths, with enough chords per rounded corner for the constraints."""
-        return IsFree(self.n_free) if self.keeps is None else IsFree(self.n_free, CHORDS_ALONG, tightest(self.keeps))
+        return (
+            Certificate(self.n_free) if self.keeps is None else Certificate(self.n_free, CHORDS_ALONG, min_tolerance(self.keeps))
+        )
 
-    def finer(self, path: Array, positions: PositionLimits) -> Array:
+    def subdivide(self, path: Array, positions: PositionLimits) -> Array:
         """A path, shape (n, n_dof), subdivided along tight constraints to use less of their tolerances, if that is free."""
-        if self.keeps is None or tightest(self.keeps) > TIGHT:
+        if self.keeps is None or min_tolerance(self.keeps) > TIGHT:
             return path
-        points = finer(path, self.keeps, self.checker.tree, self.space)
+        points = subdivide(path, self.keeps, self.checker.tree, self.space)
         inside = positions.beyond_of(farthest_of(points, np.arange(float(len(points))))) is None
         return points if inside and self.is_free(points, np.zeros_like(points[1:])) else path
 
     def n_free(self, paths: Array, spreads: Array) -> int:
-        """The number of paths, counted from the first, that are certified; see ``blend.IsFree``."""
+        """The number of paths, counted from the first, that are certified; see ``blend.Certificate``."""
         if self.keeps is not None:
-            frozen(self.keeps)  # unpickled arrays are writable: kernels would be compiled again for their type
+            freeze(self.keeps)  # unpickled arrays are writable: kernels would be compiled again for their type
         return self.edges(certify=True)._replace(keeps=self.keeps).n_free(paths, spreads)
 
     def clearance(self, q: Array) -> float:
@@ -157,7 +159,7 @@ class Motion(NamedTuple):
         return float(np.min(self.checker.signed_distance(q, self.world, self_collision=False)))
 
 
-_kept: WeakKeyDictionary[Checker, tuple[Objects, Scene, Pace]] = WeakKeyDictionary()  # each robot's last world
+_last_scenes: WeakKeyDictionary[Checker, tuple[Objects, Scene, Pace]] = WeakKeyDictionary()  # each robot's last world
 
 
 def new_path(capacity: int, n_dof: int, state: Records[ShorteningState]) -> Path:

@@ -53,7 +53,7 @@ def limits_of(
         FileError, DescriptionError: The file cannot be read, or is not a file of joint limits.
     """
     if isinstance(limits, Mapping):
-        return _every_or_none(arm_limits_of(limits, names, followers or {}, "limits"), names, needed)
+        return _check_complete(arm_limits_of(limits, names, followers or {}, "limits"), names, needed)
     if not isinstance(limits, str | Path):
         raise InputError("limits", f"{cited(limits)}; the name of an arm or a file joint_limits.yaml is expected")
     if Path(limits).suffix in {".yaml", ".yml"}:
@@ -74,7 +74,7 @@ def velocities_of(arm: ArmLimits, described: Array) -> Array:
     return np.where(np.isnan(arm.velocity), described, arm.velocity)
 
 
-def within_robot(arm: ArmLimits, tree: Tree) -> tuple[ArmLimits, PositionLimits]:
+def limit_to_robot(arm: ArmLimits, tree: Tree) -> tuple[ArmLimits, PositionLimits]:
     """The limits of an arm, with the robot's velocities where it has none, and within the robot's narrowed limits."""
     described = np.where(tree.velocity_limits > 0.0, tree.velocity_limits, np.inf)
     kept = {"velocity": velocities_of(arm, described), "acceleration": arm.acceleration, "jerk": arm.jerk}
@@ -125,11 +125,11 @@ def as_motion_limits(
     if tree.narrowed is not None:
         speeds = np.minimum(speeds, tree.narrowed.velocity)
     named = "the mapping" if isinstance(limits, Mapping) else limits
-    kept = within_caps(tree, acceleration, jerk, "" if arm is None else f"{named} has none ({arm.source})")
+    kept = cap_limits(tree, acceleration, jerk, "" if arm is None else f"{named} has none ({arm.source})")
     return Limits(speeds, *kept), _positions(arm, tree)
 
 
-def within_caps(
+def cap_limits(
     tree: Tree, acceleration: ArrayLike | None, jerk: ArrayLike | None, missing: str = ""
 ) -> tuple[Array, Array | None]:
     """The limits of acceleration and jerk, shape (n_dof,) each; the robot's unless given.
@@ -143,7 +143,7 @@ def within_caps(
     if acceleration is None:
         acceleration = own.acceleration
         if not (acceleration < np.inf).all() or not acceleration.all():
-            lacking = _lacking(acceleration, entry_names(tree))
+            lacking = _describe_lacking(acceleration, entry_names(tree))
             raise InputError("acceleration", f"{missing or 'none is given'}{lacking}; give acceleration=")
     jerk = own.jerk if jerk is None else jerk
     most, most_jerk = as_limits("acceleration", acceleration, n), None if jerk is None else as_limits("jerk", jerk, n)
@@ -159,7 +159,7 @@ def described_limits(tree: Tree) -> Limits:
     return Limits(tree.velocity_limits, acceleration, np.minimum(jerk, LARGEST) if (jerk < np.inf).any() else None)
 
 
-def _lacking(own: Array, names: Sequence[str]) -> str:
+def _describe_lacking(own: Array, names: Sequence[str]) -> str:
     """The part of a message that names joints without a limit above 0; empty if all lack one."""
     lacking = ~(own < np.inf) | (own == 0.0)
     few = ", ".join(repr(name) for name, lacks in zip(names, lacking, strict=True) if lacks)
@@ -199,7 +199,7 @@ def read_joint_limits(
         raise FileError(str(path), reason_of(error)) from None
     if len(text) > _MAX_BYTES:
         raise FileError(str(path), f"has more than {_MAX_BYTES} bytes")
-    return _every_or_none(arm_limits_of(_document(text, str(path)), names, followers or {}, str(path)), names, needed)
+    return _check_complete(arm_limits_of(_document(text, str(path)), names, followers or {}, str(path)), names, needed)
 
 
 def _document(text: bytes, source: str) -> Any:
@@ -210,7 +210,7 @@ def _document(text: bytes, source: str) -> Any:
         raise DescriptionError(f"not YAML ({error})", source) from None
 
 
-def _every_or_none(arm: ArmLimits, names: Sequence[str], needed: Collection[str]) -> ArmLimits:
+def _check_complete(arm: ArmLimits, names: Sequence[str], needed: Collection[str]) -> ArmLimits:
     """The limits of a file, with None for a quantity that it has for no joint.
 
     Raises:

@@ -87,7 +87,7 @@ class Motors(NamedTuple):
         """Whether the rate of a torque is limited."""
         return bool((self.most_rate < np.inf).any())
 
-    def same_as(self, other: object) -> bool:
+    def equals(self, other: object) -> bool:
         """Whether another limit has equal torques and inertias: the same robot with the same attached objects."""
         return (
             isinstance(other, Motors)
@@ -96,7 +96,7 @@ class Motors(NamedTuple):
             and np.array_equal(self.dynamics.gravity, other.dynamics.gravity)
         )
 
-    def of(self, dynamics: Dynamics | None) -> Motors:
+    def with_dynamics(self, dynamics: Dynamics | None) -> Motors:
         """A copy for the same robot with other attached objects."""
         return self if dynamics is None else self._replace(dynamics=dynamics)
 
@@ -145,7 +145,7 @@ class Motors(NamedTuple):
         factor = min((peak.factor for peak in peaks if isinstance(peak, TorquePeak) and not peak), default=1.0)
         return self if factor == 1.0 else self._replace(dynamic=self.dynamic * factor**2 * share)
 
-    def gentler(self, share: float) -> Motors:
+    def with_less_acceleration(self, share: float) -> Motors:
         """A copy with a share of the dynamic torques."""
         return self._replace(dynamic=share * self.dynamic)
 

@@ -109,7 +109,7 @@ class PathLimit(Protocol):
         """A copy with limits reduced by the excess of its peaks, and by the factor ``share``."""
         ...
 
-    def gentler(self, share: float) -> Self:
+    def with_less_acceleration(self, share: float) -> Self:
         """A copy with a share of its acceleration limits."""
         ...
 
@@ -117,11 +117,11 @@ class PathLimit(Protocol):
         """The approximate braking distance of a motion, in the norm of q."""
         ...
 
-    def same_as(self, other: object) -> bool:
+    def equals(self, other: object) -> bool:
         """Whether another limit is equal and for the same robot."""
         ...
 
-    def of(self, dynamics: Dynamics | None) -> Self:
+    def with_dynamics(self, dynamics: Dynamics | None) -> Self:
         """A copy for the same robot with other attached objects."""
         ...
 
@@ -147,7 +147,7 @@ def peaks_of(timed: Timed, limits: Iterable[PathLimit], since: float = 0.0) -> t
     return tuple(peak for limit in limits for peak in limit.peaks(timed, since))
 
 
-def are_kept(timed: Timed, limits: Iterable[PathLimit], since: float = 0.0) -> bool:
+def within_path_limits(timed: Timed, limits: Iterable[PathLimit], since: float = 0.0) -> bool:
     """Whether a motion is within limits from a time on."""
     return all(peaks_of(timed, limits, since))
 
@@ -160,7 +160,7 @@ def factor_of(peaks: Iterable[Peak]) -> float:
 def common_to(first: Iterable[PathLimit], second: Iterable[PathLimit]) -> tuple[PathLimit, ...]:
     """The limits that two motions have in common."""
     others = tuple(second)
-    return tuple(limit for limit in first if any(limit.same_as(other) for other in others))
+    return tuple(limit for limit in first if any(limit.equals(other) for other in others))
 
 
 def refuse_ends(limits: Iterable[PathLimit], path: Array, velocities: Iterable[Array]) -> None:

@@ -18,10 +18,10 @@ from ulna.ik.reason import NO_REASON, Reason
 from ulna.ik.time_limit import TimeLimit, as_time_limit
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.notebook.tables import OneLine, table
-from ulna.planning.boundary_velocities import as_ends, refuse_path_beyond, with_ends
+from ulna.planning.boundary_velocities import as_ends, connect_ends, refuse_path_beyond
 from ulna.planning.constraint_table import worst_violation
-from ulna.planning.faster_path import quicker_path
-from ulna.planning.fixed_joints_first import arm_of
+from ulna.planning.faster_path import find_faster_path
+from ulna.planning.fixed_joints_first import chain_joints
 from ulna.planning.hand import HandLimits, as_hands
 from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import GivenLimits, as_motion_limits
@@ -32,12 +32,12 @@ from ulna.planning.search import Effort, Search
 from ulna.planning.search_records import AORRTC, RRT_CONNECT
 from ulna.planning.slices import MAX_CHECKS
 from ulna.planning.space import same_entries
-from ulna.planning.targets import beyond_limits, joint_of
-from ulna.planning.trajectory import Trajectory, resting
+from ulna.planning.targets import joint_name, limit_excess
+from ulna.planning.trajectory import Trajectory, trajectory_at_rest
 
 Array = NDArray[np.float64]
 _SAMPLES = 256  # configurations at which the clearance is measured
-_WORTH = 1e-4  # minimum relative improvement of the length
+_MIN_GAIN = 1e-4  # minimum relative improvement of the length
 _MAX_NAMED = 3  # joints named in a message
 _FIRST_CHECKS = 256  # edges of a search for a shorter path; doubled after each failure
 
@@ -62,7 +62,7 @@ class Searched(NamedTuple):
         motion: The robot, the world and the space of the joints that may move.
         start: The start of the certified part of the path, shape (n_dof,).
         goals: The goal configurations, shape (n, n_dof).
-        of: The index of the given goal that each configuration solves, shape (n,).
+        goal_index: The index of the given goal that each configuration solves, shape (n,).
         certify: Whether edges are certified.
         seed: The seed of the plan.
         n_searches: The number of searches so far.
@@ -71,7 +71,7 @@ class Searched(NamedTuple):
     motion: Motion
     start: Array
     goals: Array
-    of: NDArray[np.int64]
+    goal_index: NDArray[np.int64]
     certify: bool
     seed: int
     n_searches: int = 1
@@ -161,19 +161,19 @@ class Plan(OneLine):
     @cached_property
     def moved(self) -> tuple[str, ...]:
         """The joints that move although both ends have the same position: no path was found with all of them held."""
-        return () if self._motion is None else _names_of(self._returning, self._motion.checker.tree)
+        return () if self._motion is None else _joint_names(self._returning_entries, self._motion.checker.tree)
 
     @cached_property
     def moved_beside(self) -> tuple[str, ...]:
         """The joints of ``moved`` outside the moving arm, such as a lift, fingers or another arm."""
         if self._motion is None:
             return ()
-        tree, returning = self._motion.checker.tree, self._returning
+        tree, returning = self._motion.checker.tree, self._returning_entries
         changed = (self.path != self.path[:1]).any(axis=0) & ~returning
-        return _names_of(returning & ~arm_of(tree, changed), tree)
+        return _joint_names(returning & ~chain_joints(tree, changed), tree)
 
     @property
-    def _returning(self) -> NDArray[np.bool_]:
+    def _returning_entries(self) -> NDArray[np.bool_]:
         """Mask of the entries of q that change along the path but are the same at both ends, shape (n_dof,)."""
         if self._motion is None or not self:
             return np.zeros(self.path.shape[1], dtype=bool)
@@ -271,17 +271,19 @@ class Plan(OneLine):
         names = tuple(entry_names(tree))
         kept, positions = as_motion_limits(tree, velocity, acceleration, jerk, limits)
         if self.escaped:
-            positions = _with_start(positions, self.path[0], tree)
+            positions = _widen_to_start(positions, self.path[0], tree)
         refuse_path_beyond("limits", self.path, positions, names)
         ends = as_ends(start_velocity, end_velocity, self.path, kept, positions, names)
         caps = as_caps(hand, torque, tree, self._motion.dynamics)
         refuse_ends(caps, self.path, ends)
         if len(self.path) == 1 and not np.any(ends):
-            still = resting(self.path[0], names, certified=self.certified, motion=self._motion, limits=kept, positions=positions)
+            still = trajectory_at_rest(
+                self.path[0], names, certified=self.certified, motion=self._motion, limits=kept, positions=positions
+            )
             return replace(still, _caps=caps)
-        is_free = self._motion.certificate._replace(positions=positions, caps=caps, limit=limit)
-        path = self.path if kept.jerk is None else self._motion.finer(self.path, positions)
-        timed = with_ends(path, ends, blend, kept, is_free, self._motion.space.lengths, names)
+        certificate = self._motion.certificate._replace(positions=positions, caps=caps, limit=limit)
+        path = self.path if kept.jerk is None else self._motion.subdivide(self.path, positions)
+        timed = connect_ends(path, ends, blend, kept, certificate, self._motion.space.lengths, names)
         certified = self.certified and not self.escaped
         return Trajectory(certified, names, timed, self._motion, kept, ends, positions, caps)
 
@@ -318,7 +320,7 @@ class Plan(OneLine):
         max_checks, limit = as_count("max_checks", max_checks, 1, MAX_CHECKS), TimeLimit(as_time_limit(time_limit))
         if self._searched is None or not self:
             raise InputError("plan", f"there is no path: {self.status}")
-        motion, start, goals, of, certify, seed, n_searches = self._searched
+        motion, start, goals, goal_index, certify, seed, n_searches = self._searched
         outside = self.path[:1] if self.escaped else self.path[:0]  # the escape edge stays
         path, goal, certified, effort = self.path[len(outside) :], self.goal, self.certified, self.effort
         space, edges = motion.space, motion.edges(certify=certify)
@@ -329,17 +331,17 @@ class Plan(OneLine):
             budget = max(budget, effort.checks)  # a path along constraints has many edges
         while effort.checks < most:
             length = space.lengths(np.diff(path, axis=0)).sum()
-            bound = length * (1.0 - _WORTH)
+            bound = length * (1.0 - _MIN_GAIN)
             if bound <= straight or limit.is_over():
                 break
-            below = edges.below(bound, start, goals)
-            search = Search(below, start, goals, (seed, n_searches), algorithm, by_samples=True)
+            below = edges.with_bound(bound, start, goals)
+            search = Search(below, start, goals, (seed, n_searches), algorithm, skip_direct=True)
             found, n_searches = search.finish(min(budget, most - effort.checks), limit, shorten=True), n_searches + 1
             effort = effort.plus(search.effort)
             if found is None:
                 budget *= 2  # start small: small trees are cheap, and other samples may succeed
             elif found.confirmed and space.lengths(np.diff(found.path, axis=0)).sum() < length:
-                path, goal, certified = found.path, int(of[search.goal]), certify
+                path, goal, certified = found.path, int(goal_index[search.goal]), certify
         searched = self._searched._replace(n_searches=n_searches)
         path = np.concatenate([outside, path])
         return replace(self, path=path, certified=certified, effort=effort, goal=goal, _searched=searched)
@@ -397,7 +399,7 @@ class Plan(OneLine):
         if len(self.path) <= first:
             return self
         bounds = np.minimum(tree.lower, self.path.min(axis=0)), np.maximum(tree.upper, self.path.max(axis=0))
-        path = quicker_path(
+        path = find_faster_path(
             self.path, motion.space.radians, first, bounds, tries, self._searched.seed, duration_of,
             lambda path: edges.checked(path) is not None,
         )  # fmt: skip
@@ -408,7 +410,7 @@ class Plan(OneLine):
         return None if self._searched is None else self._searched.motion
 
     @property
-    def _of_moved(self) -> str:
+    def _moved_text(self) -> str:
         """The end of a message that names moved joints outside the moving arm."""
         names, more = self.moved_beside, len(self.moved_beside) - _MAX_NAMED
         some = ", ".join(names[:_MAX_NAMED]) + (f" and {more} more" if more > 0 else "")
@@ -430,9 +432,9 @@ class Plan(OneLine):
         return table(repr(self)[1:-1], ("joint", "start", "end", "moves by"), rows, ["in rad; m for slides"])
 
     @property
-    def _of_start(self) -> str:
+    def _start_text(self) -> str:
         """The text that says why the first edge is an escape."""
-        beyond = {} if self._motion is None else beyond_limits(self.path[0], self._motion.checker.tree)
+        beyond = {} if self._motion is None else limit_excess(self.path[0], self._motion.checker.tree)
         words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
         return f"the start is beyond the limits: {words}" if beyond else f"the start touches by {self.escape * 1e3:.2g} mm"
 
@@ -440,21 +442,21 @@ class Plan(OneLine):
         if self:
             how = "certified free" if self.certified else "free at samples"
             n = len(self.path)
-            left = f"; {self._of_start}, and the first edge leads out of it" if self.escaped else ""
+            left = f"; {self._start_text}, and the first edge leads out of it" if self.escaped else ""
             points = f"{count_of(n, 'configuration')}, length {self.length:.3g}"
-            return f"solved: {points}, {how}, after {count_of(self.checks, 'checked edge')}{left}{self._of_moved}"
+            return f"solved: {points}, {how}, after {count_of(self.checks, 'checked edge')}{left}{self._moved_text}"
         return f"{self.status}: {self.reason}"
 
 
-def _with_start(positions: PositionLimits, start: Array, tree: Tree) -> PositionLimits:
+def _widen_to_start(positions: PositionLimits, start: Array, tree: Tree) -> PositionLimits:
     """Position limits widened to include a start beyond the robot's limits, from which the motion returns."""
     lower = np.where(start < tree.lower, np.minimum(positions.lower, start), positions.lower)
     return PositionLimits(lower, np.where(start > tree.upper, np.maximum(positions.upper, start), positions.upper))
 
 
-def _names_of(columns: NDArray[np.bool_], tree: Tree) -> tuple[str, ...]:
+def _joint_names(columns: NDArray[np.bool_], tree: Tree) -> tuple[str, ...]:
     """The names of the joints to which entries of q belong."""
-    return tuple(dict.fromkeys(joint_of(k, tree) for k in np.flatnonzero(columns).tolist()))
+    return tuple(dict.fromkeys(joint_name(k, tree) for k in np.flatnonzero(columns).tolist()))
 
 
 def no_plan(tree: Tree, status: PlanStatus, reason: Reason, effort: Effort | None = None) -> Plan:

@@ -25,26 +25,26 @@ from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
-from ulna.planning.constrained_goals import find_goals, poses_beside
-from ulna.planning.constraint_table import are_kept, as_keeps, narrower, table_of, violations
-from ulna.planning.failure_report import budget_spent
-from ulna.planning.fixed_joints_first import Trial, arm_beyond, arm_of, near_first, trials_of
+from ulna.planning.constrained_goals import find_goals, relative_goal_poses
+from ulna.planning.constraint_table import as_keeps, make_constraint_table, satisfy_constraints, shrink_tolerances, violations
+from ulna.planning.failure_report import report_spent_budget
+from ulna.planning.fixed_joints_first import Trial, chain_joints, distal_joints, make_trials, prepend_near_trials
 from ulna.planning.goals import Goals, Request
 from ulna.planning.keep import Keep
 from ulna.planning.motion import Motion
 from ulna.planning.plan import Plan, PlanStatus, Searched, no_plan
-from ulna.planning.search import Effort, Found, Search
+from ulna.planning.search import Effort, FoundPath, Search
 from ulna.planning.slices import MAX_CHECKS
-from ulna.planning.space import along, make_space, same_entries, slides_without_end
-from ulna.planning.targets import Targets, as_targets, beyond_limits, fixed_for
+from ulna.planning.space import has_endless_slide, make_space, same_entries, sample_line
+from ulna.planning.targets import Targets, as_targets, fixed_entries, limit_excess
 
 Array = NDArray[np.float64]
-_DEEPEST = 0.01  # [m]: maximum penetration of a start for an escape
+_MAX_PENETRATION = 0.01  # [m]: maximum penetration of a start for an escape
 _ESCAPE_STEPS = 30
 _ROUNDING = 1e-12  # [rad or m]: a smaller excess over a limit is rounding
-_BEYOND = 1e-3  # [m]: clearance that each step of an escape aims at
-_LARGEST_STEP = 0.05  # [rad or m]
-_ESCAPE_APART = 1e-3  # [rad or m]: spacing of the samples on the escape edge
+_ESCAPE_CLEARANCE = 1e-3  # [m]: clearance that each step of an escape aims at
+_MAX_STEP = 0.05  # [rad or m]
+_ESCAPE_SPACING = 1e-3  # [rad or m]: spacing of the samples on the escape edge
 
 
 class PlanOptions(NamedTuple):
@@ -102,22 +102,22 @@ class PlanRequest:
 def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> Plan:
     """Plan a path from a start to a goal; see ``Robot.plan``."""
     options, tree = asked.options, checker.tree
-    request, targets, within = _checked(checker, inverse_kinematics, asked)
-    start, fixed, keeps, narrow = request.start, request.fixed, request.keeps, request.narrow
+    request, targets, within = _check_request(checker, inverse_kinematics, asked)
+    start, fixed, keeps, table = request.start, request.fixed, request.keeps, request.search_constraints
     given = start
     if not within and options.escape:
-        found = _within_limits(request)
+        found = _move_within_limits(request)
         if isinstance(found, Plan):
             return found
         start, within = found, True
         request = request._replace(start=start)
-    if not within or (narrow is not None and not are_kept(narrow, tree, start[None], start[None])[0]):
-        return _no_start(request, within=within)
+    if not within or (table is not None and not satisfy_constraints(table, tree, start[None], start[None])[0]):
+        return _failed_start(request, within=within)
     depth, first = 0.0, start
     every = np.concatenate([start[None], targets]) if isinstance(targets, np.ndarray) else start[None]
     free = request.is_free(every)  # one call for all configurations
     if not free[0]:
-        left = _way_out_of(request, targets, fixed) if options.escape else None
+        left = _find_escape(request, targets, fixed) if options.escape else None
         if left is None:
             return no_plan(tree, PlanStatus.START_IN_COLLISION, request.collision(start))
         first, depth = left
@@ -125,13 +125,13 @@ def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: 
     goals = find_goals(request, targets, free[1:])
     if isinstance(goals, Plan):
         return goals
-    plan = _search(request, goals, table_of(keeps, tree), options)
+    plan = _search(request, goals, make_constraint_table(keeps, tree), options)
     if first is not given and plan:
         return replace(plan, path=np.concatenate([given[None], plan.path]), escaped=True, escape=depth)
     return plan
 
 
-def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> tuple[Request, Targets, bool]:
+def _check_request(checker: Checker, inverse_kinematics: InverseKinematics, asked: PlanRequest) -> tuple[Request, Targets, bool]:
     """Check the arguments: the request, the goal, and whether the start is within the limits.
 
     Raises:
@@ -141,17 +141,18 @@ def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: Pla
     names, _ = as_names(asked.held), as_task(asked.task)
     if link is not None and link not in tree.link_names:
         raise UnknownNameError("link", str(link), tree.link_names)
-    start, within = _as_start(asked.q_start, checker)
+    start, within = _check_start(asked.q_start, checker)
     targets = as_targets(asked.goal, link, tree, start, group, asked.states)
-    names += _outside(group, tree)
+    names += _joints_outside(group, tree)
     refuse_no_world(asked.world)
     world = None if asked.world is None else asked.world.snapshot()  # later changes of the world do not affect the plan
     keeps = as_keeps(asked.keep, tree, start, link, group)
     if keeps and options.escape:
         raise InputError("escape", "an escape does not satisfy constraints; leave out escape=True or keep=")
-    beside = poses_beside(targets, keeps, tree) if keeps else {}
-    fixed = columns_of_joints(tree, names) | fixed_for({**targets, **beside} if isinstance(targets, dict) else targets, tree)
-    narrow = narrower(table_of(keeps, tree))
+    relative_poses = relative_goal_poses(targets, keeps, tree) if keeps else {}
+    all_targets = {**targets, **relative_poses} if isinstance(targets, dict) else targets
+    fixed = columns_of_joints(tree, names) | fixed_entries(all_targets, tree)
+    search_constraints = shrink_tolerances(make_constraint_table(keeps, tree))
     request = Request(
         checker,
         inverse_kinematics,
@@ -163,50 +164,50 @@ def _checked(checker: Checker, inverse_kinematics: InverseKinematics, asked: Pla
         options.seed,
         fixed,
         keeps,
-        narrow,
-        beside,
+        search_constraints,
+        relative_poses,
         asked.dynamics,
     )
     return request, targets, within
 
 
-def _no_start(request: Request, *, within: bool) -> Plan:
+def _failed_start(request: Request, *, within: bool) -> Plan:
     """The failed plan for a start beyond the limits, or for a start that violates the constraints."""
     tree, start = request.tree, request.start
     if not within:
-        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request))
+        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _limits_reason(request))
     return no_plan(tree, PlanStatus.START_OUTSIDE, violations(request.keeps, tree, start))
 
 
 def _search(request: Request, goals: Goals, keeps: Constraints | None, options: PlanOptions) -> Plan:
     """Search with joints held that have the same position at both ends, in each trial fewer; return the first path."""
-    tree, start, fixed, (q, of) = request.tree, request.start, request.fixed, goals
+    tree, start, fixed, (q, goal_index) = request.tree, request.start, request.fixed, goals
     motion = _motion(request, q, fixed, keeps)
     lengths = motion.space.lengths(motion.space.shortest_way(q - start))
     order = np.argsort(lengths, kind="stable")
-    q, of = q[order], of[order]
+    q, goal_index = q[order], goal_index[order]
     same = same_entries(tree, start, q)
     q = np.where(same, start, q)
     last, effort = Trial(fixed, np.arange(len(q)), options.max_checks), Effort()
-    *trials, last = near_first((*trials_of(tree, same, fixed), last), lengths[order])
+    *trials, last = prepend_near_trials((*make_trials(tree, same, fixed), last), lengths[order])
     for trial in (*trials, last):
         if trials:
             motion = _motion(request, q[trial.goals], trial.fixed, keeps)
-        most, limit = _share_of(trial, len(trials), effort, options, is_last=trial is last)
-        edges, progress = motion.edges(certify=options.certify), _progress_after(effort, options)
+        most, limit = _trial_budget(trial, len(trials), effort, options, is_last=trial is last)
+        edges, progress = motion.edges(certify=options.certify), _add_earlier_progress(effort, options)
         search = Search(edges, start, q[trial.goals], (options.seed,), progress=progress)
         found = search.finish(most, limit, shorten=options.shorten)
         effort = effort.plus(search.effort)
         if found is not None:
-            searched = Searched(motion, start, search.goals, of[trial.goals], options.certify, options.seed)
-            goal = int(searched.of[search.goal])
-            searched, found, n = _stilled(searched, found, same[trial.goals][search.goal], shorten=options.shorten)
+            searched = Searched(motion, start, search.goals, goal_index[trial.goals], options.certify, options.seed)
+            goal = int(searched.goal_index[search.goal])
+            searched, found, n = _hold_unneeded_joints(searched, found, same[trial.goals][search.goal], shorten=options.shorten)
             effort, certified = replace(effort, checks=effort.checks + n), options.certify and found.confirmed
             return Plan(PlanStatus.SOLVED, found.path, certified, effort=effort, goal=goal, _searched=searched)
         if trial is last:
             name = "max_checks" if effort.checks >= options.max_checks else "time_limit"
             limited = f"{name}={getattr(options, name)}"
-            reason = budget_spent(request, motion, search.refused, effort, limited, certify=options.certify)
+            reason = report_spent_budget(request, motion, search.refused, effort, limited, certify=options.certify)
             return no_plan(tree, PlanStatus.BUDGET_SPENT, reason, effort)
     raise AssertionError("the last search holds no joint that may move")
 
@@ -214,12 +215,12 @@ def _search(request: Request, goals: Goals, keeps: Constraints | None, options: 
 def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Constraints | None) -> Motion:
     """The motion (robot, world, space of the free joints) for a search to goals, shape (n, n_dof)."""
     tree, world = request.tree, request.world
-    far = world.objects().farthest if world is not None and slides_without_end(tree) else 0.0
+    far = world.objects().farthest if world is not None and has_endless_slide(tree) else 0.0
     space = make_space(tree, np.concatenate([request.start[None], q]), fixed, far)
     return Motion(space, request.checker, world, request.margin, keeps, request.dynamics)
 
 
-def _share_of(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions, *, is_last: bool) -> tuple[int, TimeLimit]:
+def _trial_budget(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions, *, is_last: bool) -> tuple[int, TimeLimit]:
     """The budget of a trial in edges and in time; the last trial gets at least half of both."""
     seconds = options.time_limit
     if is_last:
@@ -229,13 +230,15 @@ def _share_of(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions,
     return most, TimeLimit(None if seconds is None else seconds / (2 * n_trials))
 
 
-def _progress_after(effort: Effort, options: PlanOptions) -> Callable[[int, int], object] | None:
+def _add_earlier_progress(effort: Effort, options: PlanOptions) -> Callable[[int, int], object] | None:
     """The caller's progress function, with the edges of earlier searches added."""
     progress = options.progress
     return None if progress is None else lambda checks, _: progress(effort.checks + checks, options.max_checks)
 
 
-def _stilled(searched: Searched, found: Found, same: NDArray[np.bool_], *, shorten: bool) -> tuple[Searched, Found, int]:
+def _hold_unneeded_joints(
+    searched: Searched, found: FoundPath, same: NDArray[np.bool_], *, shorten: bool
+) -> tuple[Searched, FoundPath, int]:
     """Hold joints outside the moving arm, all or one by one, if the path stays free without their motion.
 
     same: mask of the entries of q with the same value at the start and at the reached goal, shape (n_dof,).
@@ -245,27 +248,27 @@ def _stilled(searched: Searched, found: Found, same: NDArray[np.bool_], *, short
     """
     motion, n_checks = searched.motion, 0
     changed = (found.path != found.path[0]).any(axis=0)
-    columns = np.flatnonzero(same & changed & ~arm_beyond(motion.checker.tree, motion.space.moving & ~same))
+    columns = np.flatnonzero(same & changed & ~distal_joints(motion.checker.tree, motion.space.moving & ~same))
     for some in (columns, *columns[:, None]) if len(columns) > 1 else columns[:, None]:
         if not motion.space.moving[some].any():
             break
-        path, held = found.path.copy(), motion._replace(space=motion.space.holding(some, searched.start))
+        path, held = found.path.copy(), motion._replace(space=motion.space.hold(some, searched.start))
         path[:, some] = searched.start[some]
         edges = held.edges(certify=searched.certify)
-        free, checks = edges.counted(path)
+        free, checks = edges.check_and_count(path)
         n_checks += checks
         if free is None:
             continue
         if shorten:
-            shorter, checks = edges.counted(free, shorten=True)
+            shorter, checks = edges.check_and_count(free, shorten=True)
             n_checks, free = n_checks + checks, free if shorter is None else shorter
         kept = (searched.goals[:, some] == searched.start[some]).all(axis=1)
-        motion, found = held, Found(free, confirmed=True)
-        searched = searched._replace(motion=motion, goals=searched.goals[kept], of=searched.of[kept])
+        motion, found = held, FoundPath(free, confirmed=True)
+        searched = searched._replace(motion=motion, goals=searched.goals[kept], goal_index=searched.goal_index[kept])
     return searched, found, n_checks
 
 
-def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
+def _joints_outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
     """The names of the joints outside the group."""
     if group is None:
         return ()
@@ -274,7 +277,7 @@ def _outside(group: JointGroup | None, tree: Tree) -> tuple[str, ...]:
     return tuple(name for name in tree.joint_names if name not in group.joint_names)
 
 
-def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
+def _check_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
     """The checked start, and whether it is within the limits; an excess within rounding is clipped."""
     start = as_positions(q_start, checker.tree, "q_start")
     if start.ndim != 1:
@@ -288,10 +291,10 @@ def _as_start(q_start: ArrayLike, checker: Checker) -> tuple[Array, bool]:
     return (inside, True) if (np.abs(inside - start) <= _ROUNDING).all() else (start.copy(), False)
 
 
-def _beyond(request: Request, more: str = "") -> Reason:
+def _limits_reason(request: Request, more: str = "") -> Reason:
     """The reason that names the joints beyond their limits at the start, with a remedy."""
     tree, start = request.tree, request.start
-    beyond = beyond_limits(start, tree)
+    beyond = limit_excess(start, tree)
     words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond.items())
     hint = degrees_in_words(start)
     if not hint and not more and not (request.fixed & (start != np.clip(start, tree.lower, tree.upper))).any():
@@ -299,56 +302,58 @@ def _beyond(request: Request, more: str = "") -> Reason:
     return Reason(words + more + hint, beyond)
 
 
-def _within_limits(request: Request) -> Array | Plan:
+def _move_within_limits(request: Request) -> Array | Plan:
     """The nearest configuration within the limits, or a failed plan if the edge to it is not free."""
     tree, start = request.tree, request.start
     inside = np.clip(start, tree.lower_finite, tree.upper_finite)
     if (request.fixed & (inside != start)).any():
-        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request, ", which is held"))
+        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _limits_reason(request, ", which is held"))
     ways = request.checker.edge_in_collision(start, inside, request.world, self_collision=True, resolution=RESOLUTION)
     if ways.in_collision or not request.is_free(inside[None])[0]:
-        return no_plan(tree, PlanStatus.START_BEYOND_LIMITS, _beyond(request, "; the straight edge back within them is not free"))
+        return no_plan(
+            tree, PlanStatus.START_BEYOND_LIMITS, _limits_reason(request, "; the straight edge back within them is not free")
+        )
     return inside
 
 
-def _way_out_of(request: Request, targets: Targets, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
-    """Find an escape with ``_escape_from``: first with joints held that need not move, then with all free joints.
+def _find_escape(request: Request, targets: Targets, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
+    """Find an escape with ``_escape``: first with joints held that need not move, then with all free joints.
 
     Joints need not move if they are outside the moving arm and have the same position at the start and the goals.
     """
     if isinstance(targets, np.ndarray):
         same = same_entries(request.tree, request.start, targets).all(axis=0)
-        held = fixed | (same & ~arm_of(request.tree, ~(same | fixed)))
-        found = _escape_from(request, held)
+        held = fixed | (same & ~chain_joints(request.tree, ~(same | fixed)))
+        found = _escape(request, held)
         if found is not None:
             return found
-    return _escape_from(request, fixed)
+    return _escape(request, fixed)
 
 
-def _escape_from(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
+def _escape(request: Request, fixed: NDArray[np.bool_]) -> tuple[Array, float] | None:
     """Find a free configuration near the start, and the start's penetration depth [m].
 
     It returns None if the start is too deep, or no configuration is found. Each step follows the gradient of the deepest pair's
     signed distance in the entries of q that are not ``fixed``. On the straight edge to the result, at samples, only pairs touch
     that touch at the start.
     """
-    depth, tree = max(_missing(request, request.start)), request.tree
-    if not depth <= _DEEPEST:
+    depth, tree = max(_clearance_violations(request, request.start)), request.tree
+    if not depth <= _MAX_PENETRATION:
         return None
     q = request.start.copy()
     for _ in range(_ESCAPE_STEPS):
-        gradient = np.where(fixed, 0.0, _way_out(request, q))
+        gradient = np.where(fixed, 0.0, _escape_gradient(request, q))
         square = float(gradient @ gradient)
         if square == 0.0:
             return None
-        step = gradient * ((max(_missing(request, q)) + _BEYOND) / square)
-        q = np.clip(q + step * min(1.0, _LARGEST_STEP / np.abs(step).max()), tree.lower, tree.upper)
+        step = gradient * ((max(_clearance_violations(request, q)) + _ESCAPE_CLEARANCE) / square)
+        q = np.clip(q + step * min(1.0, _MAX_STEP / np.abs(step).max()), tree.lower, tree.upper)
         if request.is_free(q[None])[0]:
             return (q, max(depth, 0.0)) if _touches_nothing_else(request, q) else None
     return None
 
 
-def _missing(request: Request, q: Array) -> tuple[float, float]:
+def _clearance_violations(request: Request, q: Array) -> tuple[float, float]:
     """The violations of clearance [m]: between the robot's links, and of the margin from the world."""
     checker, world = request.checker, request.world
     itself = -float(checker.signed_distance(q, None, self_collision=True))
@@ -357,17 +362,17 @@ def _missing(request: Request, q: Array) -> tuple[float, float]:
     return itself, request.margin - float(checker.signed_distance(q, world, self_collision=False))
 
 
-def _way_out(request: Request, q: Array) -> Array:
+def _escape_gradient(request: Request, q: Array) -> Array:
     """The gradient with respect to q of the distance of the pair with the largest violation."""
-    itself, world = _missing(request, q)
+    itself, world = _clearance_violations(request, q)
     if world > itself:
         return request.checker.distance_gradient(q, request.world, self_collision=False)
     return request.checker.distance_gradient(q, None, self_collision=True)
 
 
 def _touches_nothing_else(request: Request, q: Array) -> bool:
-    """Whether only pairs that touch at the start touch on the edge to q, at samples ``_ESCAPE_APART`` apart."""
+    """Whether only pairs that touch at the start touch on the edge to q, at samples ``_ESCAPE_SPACING`` apart."""
     touching = {(pair.name_a, pair.name_b) for pair in request.touching(request.start)}
-    way = along(request.start, q, _ESCAPE_APART)
+    way = sample_line(request.start, q, _ESCAPE_SPACING)
     near = (request.touching(there) for there in way[~request.is_free(way)])
     return all((pair.name_a, pair.name_b) in touching for pairs in near for pair in pairs)

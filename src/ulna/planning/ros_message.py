@@ -39,18 +39,18 @@ def joint_trajectory(
             f"a message needs trajectory_msgs of ROS ({reason}); docs/ros.md names its packages, to_csv needs none"
         ) from None
     points = []
-    for time, *values in points_of(at, rests, ends, columns, period):
+    for time, *values in message_points(at, rests, ends, columns, period):
         point = JointTrajectoryPoint(**dict(zip(("positions", "velocities", "accelerations"), values, strict=True)))
         _set_time(point.time_from_start, *time)
         points.append(point)
     return JointTrajectory(joint_names=list(names), points=points)
 
 
-def points_of(
+def message_points(
     at: Callable[[Array], Moment], rests: Array, ends: Array, columns: Sequence[int], period: float
 ) -> Iterator[tuple[tuple[int, int], list[float], list[float], list[float]]]:
     """Yield the points of a message: (seconds, nanoseconds), positions, velocities and accelerations of some columns."""
-    t, at_rest = _times(rests, period)
+    t, at_rest = _sample_times(rests, period)
     q, qd, qdd = (values[:, columns] for values in at(t)[:3])
     qd[at_rest] = 0.0  # exactly 0: a ROS 2 controller refuses a trajectory that does not end at rest
     if len(t) > 1:
@@ -60,7 +60,7 @@ def points_of(
     yield from zip(times, q.tolist(), qd.tolist(), qdd.tolist(), strict=True)
 
 
-def _times(rests: Array, period: float) -> tuple[Array, list[int]]:
+def _sample_times(rests: Array, period: float) -> tuple[Array, list[int]]:
     """Times at most a period apart, evenly spaced between rests and including them; the indices of the rests."""
     t, at = [rests[0]], [0]
     for begin, end in pairwise(rests.tolist()):

@@ -61,7 +61,7 @@ class Effort:
         return Effort(self.checks + other.checks, self.iterations + other.iterations, *nodes)
 
 
-class Found(NamedTuple):
+class FoundPath(NamedTuple):
     """A path found by a search.
 
     Attributes:
@@ -82,8 +82,8 @@ class Search:
         start: The start, shape (n_dof,).
         goals: The goals, shape (n, n_dof), at least one.
         stream: The stream of random samples: the seed, and the number of the search.
-        algorithm: The number of the algorithm; an algorithm with costs needs edges that are ``below`` a bound.
-        by_samples: Skip the straight edges from the start to the goals, which were tried already.
+        algorithm: The number of the algorithm; an algorithm with costs needs edges that are ``with_bound`` a bound.
+        skip_direct: Skip the straight edges from the start to the goals, which were tried already.
         progress: Called after each slice with the number of checked edges and the maximum number.
         trees: The trees of the start and of the goals.
     """
@@ -93,7 +93,7 @@ class Search:
     goals: Array
     stream: tuple[int, ...]
     algorithm: int = RRT_CONNECT
-    by_samples: bool = False
+    skip_direct: bool = False
     progress: Callable[[int, int], object] | None = None
     trees: Trees = field(init=False)
     _states: Records[SearchState] = field(init=False)
@@ -110,7 +110,7 @@ class Search:
         _write_roots(self.start[None], rows[0])
         _write_roots(self.goals, rows[1])
         self.state.algorithm = self.algorithm
-        if self.by_samples or has_costs:
+        if self.skip_direct or has_costs:
             self.state.direct = _NONE
         if has_costs:
             costs = np.full((2, capacity // WIDTH, WIDTH), np.inf)
@@ -123,37 +123,37 @@ class Search:
         """The state of the search."""
         return self._states[0]
 
-    def finish(self, max_checks: int, limit: TimeLimit, *, shorten: bool) -> Found | None:
+    def finish(self, max_checks: int, limit: TimeLimit, *, shorten: bool) -> FoundPath | None:
         """Continue the search until ``max_checks`` edges in total or the time limit; None if no path is found.
 
         The path is shortened, and its edges are confirmed one by one. If that fails, the path is confirmed without shortening.
         Skipped samples count as 1/64 of an edge.
         """
-        found = self._found(max_checks, limit, SHORTEN if shorten else CONFIRM)
+        found = self._run(max_checks, limit, SHORTEN if shorten else CONFIRM)
         if found is None or found.confirmed or not shorten:
             return found
-        return self._found(max_checks, limit, CONFIRM)
+        return self._run(max_checks, limit, CONFIRM)
 
-    def _found(self, max_checks: int, limit: TimeLimit, first_pass: int) -> Found | None:
+    def _run(self, max_checks: int, limit: TimeLimit, first_pass: int) -> FoundPath | None:
         scene, settings, space, pace, keeps = self.edges
         slices = Slices(max_checks, limit, pace)
         search, shortening, n_dof = self.state, self._shortenings[0], len(self.start)
         search.max_checks = max_checks
         if search.joined:  # process the path from its beginning
             shortening.points = shortening.at = shortening.target = shortening.failures = shortening.halvings = 0
-            slices.go_over(-int(shortening.checks))
+            slices.start_shortening(-int(shortening.checks))
         shortening.stage = first_pass
         path = new_path(_WAYPOINTS, n_dof, self._shortenings)
-        while slices.another(shortening if search.joined else search):
+        while slices.begin_slice(shortening if search.joined else search):
             searching = not search.joined
             tables = SearchTables(settings, space.table, self._samples(), self._states)
             code = entries.plan_slice(scene, keeps, tables, self.trees, path)
             if self.progress is not None:
                 self.progress(self.effort.checks, max_checks)
             if code in {SOLVED, NOT_FREE}:
-                return Found(path.waypoints[: shortening.points].copy(), code == SOLVED)
+                return FoundPath(path.waypoints[: shortening.points].copy(), code == SOLVED)
             if searching and search.joined:
-                slices.go_over(int(search.checks))
+                slices.start_shortening(int(search.checks))
             if code == FULL:
                 self._grow()
             if code == NO_ROOM:

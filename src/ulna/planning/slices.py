@@ -55,7 +55,7 @@ class Slices:
         self._most, self._limit, self._pace, self._before, self._ran = max_checks, limit, pace, 0, False
         self._last = time.perf_counter()
 
-    def another(self, state: SearchState | ShorteningState) -> bool:
+    def begin_slice(self, state: SearchState | ShorteningState) -> bool:
         """Begin the next slice by setting ``state.until``; False if the budget or the time is over.
 
         Raises:
@@ -75,7 +75,7 @@ class Slices:
         state.until = min(self._most, checks + self._pace.checks)
         return True
 
-    def go_over(self, checks: int) -> None:
+    def start_shortening(self, checks: int) -> None:
         """Switch to shortening, which needs no budget. checks: the number of edges that the search checked."""
         self._before -= checks
         self._most, self._limit = 2**62, TimeLimit(None)

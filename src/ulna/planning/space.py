@@ -51,7 +51,7 @@ class Space:
         period = self.table["period"]
         return np.where(period > 0, q - period * np.rint(q / np.where(period > 0, period, 1.0)), q)
 
-    def within(self, bound: float, start: Array, goals: Array) -> "Space":
+    def with_bound(self, bound: float, start: Array, goals: Array) -> "Space":
         """The part of the space that contains all paths shorter than a bound from a start to a goal.
 
         Each path lies in an ellipsoid with foci at the start and the goal (Gammell, Srinivasa and Barfoot, Informed RRT*, IROS
@@ -65,7 +65,7 @@ class Space:
         table["high"] = np.where(turning, table["high"], np.minimum(table["high"], (center + extent).max(axis=0)))
         return Space(table, self.moving)
 
-    def holding(self, columns: NDArray[np.int64], q: Array) -> "Space":
+    def hold(self, columns: NDArray[np.int64], q: Array) -> "Space":
         """The space with more entries of q held, at the values of a configuration."""
         table, moving = self.table.copy(), self.moving.copy()
         table["low"][columns] = table["high"][columns] = q[columns]
@@ -110,7 +110,7 @@ def endless_entries(tree: Tree) -> NDArray[np.bool_]:
     return _whole_space(tree).space.table["period"] > 0
 
 
-def slides_without_end(tree: Tree) -> bool:
+def has_endless_slide(tree: Tree) -> bool:
     """Whether a slide lacks a limit on one side or both, so that ``make_space`` needs the objects' distance."""
     return _whole_space(tree).endless
 
@@ -141,7 +141,7 @@ class _WholeSpace(NamedTuple):
 def _whole_space(tree: Tree) -> _WholeSpace:
     """Compute the whole space of a robot; cached, since it loops over joints in Python."""
     table, endless = Entry.records(tree.n_dof), np.isinf(tree.lower) & np.isinf(tree.upper)
-    slides, length = _slides(tree), length_of_robot(tree)
+    slides, length = _slide_mask(tree), length_of_robot(tree)
     table["low"], table["high"] = random_range(tree)
     table["period"] = np.where(endless & turning_columns(tree.joints, tree.n_dof), TURN, 0.0)
     table["weight"] = np.where(slides, 1.0 / (_mean_lever(tree, ~slides) or length), 1.0)
@@ -153,7 +153,7 @@ def _whole_space(tree: Tree) -> _WholeSpace:
     return _WholeSpace(space, below, above, length, without_end, least, most)
 
 
-def along(a: Array, b: Array, apart: float) -> Array:
+def sample_line(a: Array, b: Array, apart: float) -> Array:
     """Samples of the line from a (excluded) to b (included), at most ``apart`` apart in each entry of q."""
     n = max(1, int(np.ceil(np.abs(b - a).max() / apart)))
     return a + np.linspace(0.0, 1.0, n + 1)[1:, None] * (b - a)
@@ -178,7 +178,7 @@ def _mean_lever(tree: Tree, turns: NDArray[np.bool_]) -> float:
     return float(levers @ levers / levers.sum()) if levers.any() else 0.0
 
 
-def _slides(tree: Tree) -> NDArray[np.bool_]:
+def _slide_mask(tree: Tree) -> NDArray[np.bool_]:
     """Mask of the entries of q that drive only slides, shape (n_dof,)."""
     slides, turns = np.zeros(tree.n_dof, dtype=bool), np.zeros(tree.n_dof, dtype=bool)
     for kind, column in zip(tree.joints[:, KIND], tree.joints[:, COLUMN].astype(np.int64), strict=True):

@@ -18,14 +18,14 @@ from ulna.planning.timing import Moment
 Array = NDArray[np.float64]
 _DEGREE = 5
 _CHOICES = {5: (1, 5, 10, 10, 5, 1), 4: (1, 4, 6, 4, 1), 3: (1, 3, 3, 1), 2: (1, 2, 1)}
-_BESIDE = 1e-4  # [rad or m]: largest distance of the curve from a chord
+_MAX_DEVIATION = 1e-4  # [rad or m]: largest distance of the curve from a chord
 _SMOOTH = 1e-6  # jumps below this share of the largest value are rounding of a file
 _MAX_CHORDS = 2000  # chords per piece
-_SHORT, _NEAR = 1e-6, 1e-5  # [s], [rad or m]: points nearer to the previous point are dropped
+_MIN_STEP, _MIN_DISTANCE = 1e-6, 1e-5  # [s], [rad or m]: points nearer to the previous point are dropped
 
 
 @dataclass(frozen=True, eq=False)
-class Splined:
+class SplineMotion:
     """A motion of n polynomials of degree five in time.
 
     Attributes:
@@ -58,22 +58,22 @@ class Splined:
         still = (rates[-1, :-1] == 0.0).all(axis=1) & (rates[0, 1:] == 0.0).all(axis=1)
         return self.times[np.concatenate([[True], still, [True]])]
 
-    def slowed(self, factor: float) -> Splined:
+    def slowed(self, factor: float) -> SplineMotion:
         """A slower motion: at time t it is where this one is at ``factor`` t."""
-        return Splined(self.times / factor, self.control, self.limits_jerk)
+        return SplineMotion(self.times / factor, self.control, self.limits_jerk)
 
     def at(self, t: Array) -> Moment:
         """The moments at times within the motion, shape (...)."""
         i = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
         share = np.clip((t - self.times[i]) / np.diff(self.times)[i], 0.0, 1.0)
-        return Moment(*(_value(control, i, share) for control in self._derivatives))
+        return Moment(*(_evaluate(control, i, share) for control in self._derivatives))
 
     def farthest(self, since: float) -> Farthest:
         """The extreme positions from a time on."""
         now = min(since, self.duration)
         i = int(np.clip(np.searchsorted(self.times, now, side="right") - 1, 0, len(self.times) - 2))
         share, control = (now - self.times[i]) / (self.times[i + 1] - self.times[i]), self.control[:, i:].copy()
-        control[:, 0] = _behind(control[:, 0], float(share))
+        control[:, 0] = _split_after(control[:, 0], float(share))
         return farthest_of_curves(control, np.concatenate([[now], self.times[i + 1 :]]))
 
     def edges_since(self, t: float) -> tuple[Array, Array]:
@@ -83,7 +83,7 @@ class Splined:
         largest acceleration.
         """
         steps, bends = np.diff(self.times), np.abs(self._derivatives[2]).max(axis=0)
-        counts = np.ceil(steps * np.sqrt(bends.max(axis=1) / (8.0 * _BESIDE)))
+        counts = np.ceil(steps * np.sqrt(bends.max(axis=1) / (8.0 * _MAX_DEVIATION)))
         counts = np.clip(counts, 1, _MAX_CHORDS).astype(np.int64)
         of = np.repeat(np.arange(len(steps)), counts)
         number = np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -95,14 +95,14 @@ class Splined:
         return self.at(np.concatenate([[now], ends[later]])).q, spreads[later]
 
 
-def _value(control: Array, i: NDArray[np.int64], share: Array) -> Array:
+def _evaluate(control: Array, i: NDArray[np.int64], share: Array) -> Array:
     """Evaluate the polynomials i at shares of their time, shape (..., n_dof)."""
     degree, share = len(control) - 1, share[..., None]
     weights = (choices * share**k * (1.0 - share) ** (degree - k) for k, choices in enumerate(_CHOICES[degree]))
     return sum((weight * control[k, i] for k, weight in enumerate(weights)), np.zeros((*i.shape, control.shape[2])))
 
 
-def _behind(control: Array, share: float) -> Array:
+def _split_after(control: Array, share: float) -> Array:
     """The Bernstein coefficients of a polynomial's part after a share of its time, shape (6, n_dof) (de Casteljau)."""
     rows = [control]
     for _ in range(_DEGREE):
@@ -110,7 +110,7 @@ def _behind(control: Array, share: float) -> Array:
     return np.stack([row[-1] for row in rows[::-1]])
 
 
-def splined(times: Array, q: Array, qd: Array, qdd: Array) -> Splined:
+def interpolate_points(times: Array, q: Array, qd: Array, qdd: Array) -> SplineMotion:
     """Interpolate points.
 
     Args:
@@ -119,7 +119,7 @@ def splined(times: Array, q: Array, qd: Array, qdd: Array) -> Splined:
         qd: Velocities [rad/s or m/s], shape (n, n_dof); NaN for points without velocities.
         qdd: Accelerations [rad/s^2 or m/s^2], shape (n, n_dof); NaN for points without accelerations.
     """
-    kept = _apart(times, q)
+    kept = _distinct_points(times, q)
     times, q, qd, qdd = times[kept] - times[0], q[kept], qd[kept], qdd[kept]
     steps = np.diff(times)[:, None]
     straight = np.diff(q, axis=0) / steps
@@ -131,20 +131,20 @@ def splined(times: Array, q: Array, qd: Array, qdd: Array) -> Splined:
     begin = np.where(quintic, qdd[:-1], (6.0 * straight - 4.0 * first - 2.0 * last) / steps)
     end = np.where(quintic, qdd[1:], (2.0 * first + 4.0 * last - 6.0 * straight) / steps)
     at_ends = np.where(np.isfinite(qd[[0, -1]]), qd[[0, -1]], 0.0)
-    smooth = _goes_on(first, last, at_ends) and _goes_on(begin, end, np.zeros_like(at_ends))
-    return Splined(times, bernstein_of((q[:-1], first, begin), (q[1:], last, end), steps), smooth)
+    smooth = _is_continuous(first, last, at_ends) and _is_continuous(begin, end, np.zeros_like(at_ends))
+    return SplineMotion(times, bernstein_of((q[:-1], first, begin), (q[1:], last, end), steps), smooth)
 
 
-def _goes_on(first: Array, last: Array, at_ends: Array) -> bool:
+def _is_continuous(first: Array, last: Array, at_ends: Array) -> bool:
     """Whether rates at the starts and ends of pieces, shape (n, n_dof), and at the motion's ends are continuous."""
     jumps = np.concatenate([at_ends[:1], last]) - np.concatenate([first, at_ends[1:]])
     return bool(np.abs(jumps).max() <= _SMOOTH * max(np.abs(first).max(), np.abs(last).max()))
 
 
-def _apart(times: Array, q: Array) -> list[int]:
+def _distinct_points(times: Array, q: Array) -> list[int]:
     """The indices of points, without points too near in time and space for meaningful velocities; both ends stay."""
     kept, end = [0], len(times) - 1
     for k in range(1, end + 1):
-        if times[k] - times[kept[-1]] >= _SHORT or np.abs(q[k] - q[kept[-1]]).max() >= _NEAR:
+        if times[k] - times[kept[-1]] >= _MIN_STEP or np.abs(q[k] - q[kept[-1]]).max() >= _MIN_DISTANCE:
             kept.append(k)
     return kept if kept[-1] == end else [*(kept[:-1] or [0]), end]

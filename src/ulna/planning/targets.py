@@ -58,7 +58,7 @@ def as_targets(
     return targets
 
 
-def fixed_for(targets: Targets, tree: Tree) -> NDArray[np.bool_]:
+def fixed_entries(targets: Targets, tree: Tree) -> NDArray[np.bool_]:
     """Mask of the entries of q that stay fixed, shape (n_dof,): they move no link of the goal, or several."""
     if isinstance(targets, np.ndarray):
         return np.zeros(tree.n_dof, dtype=bool)
@@ -133,7 +133,7 @@ def _as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None
         row, k = np.argwhere(beyond)[0]
         limits = f"{tree.lower[k]:.6g} to {tree.upper[k]:.6g}"
         hint = degrees_in_words(rows[row])
-        raise InputError("goal", f"{rows[row, k]:.6g} of joint {joint_of(k, tree)!r} is outside its limits, {limits}{hint}")
+        raise InputError("goal", f"{rows[row, k]:.6g} of joint {joint_name(k, tree)!r} is outside its limits, {limits}{hint}")
     return rows
 
 
@@ -147,13 +147,13 @@ def _expected(tree: Tree, group: JointGroup | None) -> str:
     return f"{alone}; or of all joints, shape ({n},) or (n, {n}); or {poses}"
 
 
-def beyond_limits(q: Array, tree: Tree) -> dict[str, float]:
+def limit_excess(q: Array, tree: Tree) -> dict[str, float]:
     """The joints beyond their limits at q, shape (n_dof,), and their excess [rad or m]."""
     excess = np.maximum(tree.lower - q, q - tree.upper)
-    return {joint_of(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
+    return {joint_name(k, tree): float(excess[k]) for k in np.flatnonzero(excess > 0).tolist()}
 
 
-def joint_of(column: int, tree: Tree) -> str:
+def joint_name(column: int, tree: Tree) -> str:
     """The name of the joint to which an entry of q belongs."""
     slices = zip(tree.joint_names, tree.joint_slices, strict=True)
     return next(name for name, part in slices if part.start <= column < part.stop)

@@ -21,7 +21,7 @@ _DIGITS = 1e-4  # relative, or [rad or m]: a limit wider by less was rounded to 
 _POSITIONS = "lower", "upper"
 
 
-def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given | None]) -> Narrowed:
+def narrow_limits(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given | None]) -> Narrowed:
     """The limits of a tree, narrowed by a file and by given values.
 
     given: ``lower``, ``upper``, ``velocity``, ``acceleration`` and ``jerk``, as for ``Robot.with_limits``.
@@ -35,11 +35,11 @@ def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given |
     kept = tree.narrowed or Narrowed(np.full(n, -np.inf), *(np.full(n, np.inf) for _ in range(4)))
     rates = {"velocity": tree.velocity_limits, "acceleration": tree.acceleration_limits, "jerk": tree.jerk_limits}
     narrowed = {"lower": tree.lower, "upper": tree.upper, **rates}
-    of_file = {} if limits is None else _of_file(limits, tree, names)
-    stated = _stated(tree, names, given)
+    of_file = {} if limits is None else _read_file(limits, tree, names)
+    stated = _read_given(tree, names, given)
     for argument, each in (("limits", of_file), ("", stated)):
         for quantity, values in each.items():
-            narrowed[quantity] = _narrowed(argument or quantity, quantity, values, narrowed[quantity], names)
+            narrowed[quantity] = _narrow(argument or quantity, quantity, values, narrowed[quantity], names)
     lower, upper = narrowed["lower"], narrowed["upper"]
     empty = np.flatnonzero(~(lower < upper) & (tree.lower < tree.upper))
     if len(empty):
@@ -53,7 +53,7 @@ def narrower(tree: Tree, limits: GivenLimits | None, given: Mapping[str, Given |
     return Narrowed(**narrowed)
 
 
-def _of_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[str, Array]:
+def _read_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[str, Array]:
     """Read the limits of a file or its mapping; NaN for limits that it does not have."""
     if isinstance(limits, str) and Path(limits).suffix not in {".yaml", ".yml"}:
         raise InputError("limits", f"{limits!r}; a file joint_limits.yaml, or the mapping of one, is expected")
@@ -71,7 +71,7 @@ def _of_file(limits: GivenLimits, tree: Tree, names: tuple[str, ...]) -> dict[st
     return {name: values for name, values in stated.items() if values is not None}
 
 
-def _stated(tree: Tree, names: tuple[str, ...], given: Mapping[str, Given | None]) -> dict[str, Array]:
+def _read_given(tree: Tree, names: tuple[str, ...], given: Mapping[str, Given | None]) -> dict[str, Array]:
     """The given limits of each quantity, shape (n_dof,); NaN where none is given."""
     stated: dict[str, Array] = {}
 
@@ -95,11 +95,11 @@ def _stated(tree: Tree, names: tuple[str, ...], given: Mapping[str, Given | None
             if follower is None:
                 note(quantity, columns, values)
             else:
-                note(*_of_leader(quantity, follower, float(values[0])))
+                note(*_to_leader_limit(quantity, follower, float(values[0])))
     return stated
 
 
-def _of_leader(quantity: str, follower: Drive, value: float) -> tuple[str, int, Array]:
+def _to_leader_limit(quantity: str, follower: Drive, value: float) -> tuple[str, int, Array]:
     """Convert the limit of a mimic joint to a limit of its leader: quantity, entry of q and value."""
     if follower.column is None:
         raise AssertionError("only followers that an entry of q moves are kept")
@@ -120,7 +120,7 @@ def _as_values(argument: str, given: ArrayLike, quantity: str, n: int) -> Array:
     return np.full(n, values)
 
 
-def _narrowed(argument: str, quantity: str, stated: Array, own: Array, names: tuple[str, ...]) -> Array:
+def _narrow(argument: str, quantity: str, stated: Array, own: Array, names: tuple[str, ...]) -> Array:
     """Narrow the limits of a quantity. The robot's limit 0 of a rate, as some exporters write, is no limit."""
     towards = -1.0 if quantity == "lower" else 1.0
     most = towards * np.where((own == 0.0) & (quantity not in _POSITIONS), np.inf, own)

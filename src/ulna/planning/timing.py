@@ -161,7 +161,7 @@ def grid_of(pieces: Grid) -> Grid:
     return Grid(starts + s * slopes + 0.5 * s * s * bends, slopes + s * bends, bends, steps, first[pieces.borders], pieces.chords)
 
 
-def fastest(
+def time_optimal(
     grid: Grid, velocity: Array, acceleration: Array, speeds: Speeds = AT_REST, slow: int = 0, caps: tuple[PathLimit, ...] = ()
 ) -> TimedPath | None:
     """The time-optimal motion along a path, by TOPP-RA; in the first ``slow`` intervals it must not exceed its start speed.
@@ -172,11 +172,11 @@ def fastest(
     ceilings = _ceilings(grid, velocity, speeds, bounds)
     if slow:
         ceilings[: slow + 1] = np.minimum(ceilings[: slow + 1], speeds.start**2)
-    timed, x = _timed(grid, acceleration, ceilings, speeds, bounds)
-    return timed if _keeps(speeds, x) else None
+    timed, x = _parameterize(grid, acceleration, ceilings, speeds, bounds)
+    return timed if _reaches_speeds(speeds, x) else None
 
 
-def fastest_and_coasting(
+def time_optimal_and_coasting(
     grid: Grid, velocity: Array, acceleration: Array, coast: float, speeds: Speeds = AT_REST, caps: tuple[PathLimit, ...] = ()
 ) -> tuple[TimedPath, ...]:
     """The time-optimal motion, and one that coasts: each peak of its speed is flat for about ``coast`` [s].
@@ -185,22 +185,22 @@ def fastest_and_coasting(
     """
     bounds = along(caps, grid) if caps else None
     ceilings = _ceilings(grid, velocity, speeds, bounds)
-    first, x = _timed(grid, acceleration, ceilings, speeds, bounds)
-    if not _keeps(speeds, x):
+    first, x = _parameterize(grid, acceleration, ceilings, speeds, bounds)
+    if not _reaches_speeds(speeds, x):
         return ()
     time_parameterisation.coasts(grid.steps, x, grid.borders, coast, ceilings)
-    second, x = _timed(grid, acceleration, ceilings, speeds, bounds)
-    return (first, second) if _keeps(speeds, x) else (first,)
+    second, x = _parameterize(grid, acceleration, ceilings, speeds, bounds)
+    return (first, second) if _reaches_speeds(speeds, x) else (first,)
 
 
-def _keeps(speeds: Speeds, x: Array) -> bool:
+def _reaches_speeds(speeds: Speeds, x: Array) -> bool:
     """Whether a motion has the given speeds at its ends. x: (ds/dt)^2 at the grid points."""
     return bool(x[0] == speeds.start**2 and x[-1] * _ROUNDED >= speeds.end**2)
 
 
 def _ceilings(grid: Grid, velocity: Array, speeds: Speeds, bounds: PathBounds | None) -> Array:
     """The maximum (ds/dt)^2 at the grid points by limits of velocity and caps, shape (n + 1,); 0 at stops."""
-    steepest = np.maximum(np.abs(grid.slopes), np.abs(_ends(grid)))
+    steepest = np.maximum(np.abs(grid.slopes), np.abs(_end_slopes(grid)))
     with np.errstate(divide="ignore", over="ignore"):
         of_intervals = np.minimum((velocity * _WITHIN / steepest).min(axis=1), 1e150) ** 2
     ceilings = np.full(len(grid.steps) + 1, NO_LIMIT)
@@ -215,18 +215,18 @@ def _ceilings(grid: Grid, velocity: Array, speeds: Speeds, bounds: PathBounds | 
     return ceilings
 
 
-def _ends(grid: Grid) -> Array:
+def _end_slopes(grid: Grid) -> Array:
     """The slopes q' at the ends of the intervals, shape (n, n_dof)."""
     return grid.slopes + grid.steps[:, None] * grid.bends
 
 
-def _timed(
+def _parameterize(
     grid: Grid, acceleration: Array, ceilings: Array, speeds: Speeds, bounds: PathBounds | None
 ) -> tuple[TimedPath, Array]:
     """The time-optimal motion below ceilings of (ds/dt)^2, and (ds/dt)^2 at the grid points, shape (n + 1,)."""
     n = len(grid.steps)
     most = np.tile(acceleration * _WITHIN, (n, 1))
-    intervals = PathIntervals(grid.slopes, _ends(grid), grid.bends, -most, most, grid.steps)
+    intervals = PathIntervals(grid.slopes, _end_slopes(grid), grid.bends, -most, most, grid.steps)
     if bounds is not None and bounds.rows is not None:
         slopes, ends, bends, lows, highs = (np.hstack(pair) for pair in zip(intervals[:-1], bounds.rows, strict=True))
         intervals = PathIntervals(slopes, ends, bends, lows, highs, grid.steps)
@@ -236,7 +236,7 @@ def _timed(
     return TimedPath(grid, Profile(timing.times, np.sqrt(timing.x[:-1]), timing.u, np.zeros(n))), timing.x
 
 
-def along_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
+def follow_lines(lines: Grid, velocity: Array, acceleration: Array, jerk: Array) -> TimedPath:
     """The fastest motion along lines, from rest to rest, in seven phases of constant jerk per line."""
     rows = []
     for start, slope, length in zip(lines.starts, lines.slopes, lines.steps, strict=True):

@@ -22,18 +22,18 @@ from ulna.notebook.tables import OneLine, table
 from ulna.planning.arm_limits import ArmLimits
 from ulna.planning.blend import CHORDS, Grid
 from ulna.planning.boundary_velocities import Ends, refuse_path_beyond
-from ulna.planning.constraint_table import as_keeps, table_of
+from ulna.planning.constraint_table import as_keeps, make_constraint_table
 from ulna.planning.hand import UNITS, Hand, HandLimits, HandPeak, peak_of
 from ulna.planning.keep import Keep
 from ulna.planning.motion import Motion
 from ulna.planning.motion_check import MotionCheck, Samples, check_of
-from ulna.planning.motion_limits import GivenLimits, as_limits, limits_of, within_robot
+from ulna.planning.motion_limits import GivenLimits, as_limits, limit_to_robot, limits_of
 from ulna.planning.motors import Motors, as_caps
 from ulna.planning.path_limits import PathLimit, common_to, peaks_of
 from ulna.planning.positions import PositionLimits
-from ulna.planning.ros_message import joint_trajectory, points_of
+from ulna.planning.ros_message import joint_trajectory, message_points
 from ulna.planning.timing import QUANTITIES, Limits, Moment, Profile, TimedPath
-from ulna.planning.transition import Continued, Timed, is_from_file, replaced
+from ulna.planning.transition import JoinedMotion, Timed, is_from_file, switch_path
 
 if TYPE_CHECKING:
     from ulna.planning.plan import Plan
@@ -41,9 +41,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 _MAX_SAMPLES = 10_000_000
 _UNITS = "rad or m", "1/s", "1/s²", "1/s³"  # units of a plot
-_IN_TABLE = 1000  # samples from which a notebook's table takes the largest velocities
-_IN_PICTURE = 1.5  # limits beyond this multiple of the largest value are not drawn
-_NEAR = 1e-6  # [rad or m]: largest distance between joined motions
+_TABLE_SAMPLES = 1000  # samples from which a notebook's table takes the largest velocities
+_PLOT_RANGE = 1.5  # limits beyond this multiple of the largest value are not drawn
+_JOIN_TOLERANCE = 1e-6  # [rad or m]: largest distance between joined motions
 
 
 class ReadsMotions(Protocol):
@@ -226,7 +226,7 @@ class Trajectory(OneLine):
         if self._motion is None:
             raise AssertionError("every plan with a path has one")
         tree = self._motion.checker.tree
-        keeps = table_of(as_keeps(keep, tree, self.q[0]), tree)
+        keeps = make_constraint_table(as_keeps(keep, tree, self.q[0]), tree)
         points, spreads = self._timed.edges_since(min(since, self.duration))
         return self._motion._replace(world=world, margin=clearance, keeps=keeps).is_free(points, spreads)
 
@@ -297,7 +297,7 @@ class Trajectory(OneLine):
         if limits is not None:
             tree = None if self._motion is None else self._motion.checker.tree
             arm = limits_of(limits, self.joint_names, None if tree is None else tree.followers, ())
-            arm, positions = (arm, positions) if tree is None else within_robot(arm, tree)
+            arm, positions = (arm, positions) if tree is None else limit_to_robot(arm, tree)
         elif velocity is None and acceleration is None and jerk is None and (hand is None or self._limits is not None):
             if self._limits is None:
                 raise InputError("limits", "no limits are given, and this motion has none")
@@ -307,7 +307,7 @@ class Trajectory(OneLine):
             **{name: as_limits(name, most, n, may_be_infinite=True) for name, most in given.items() if most is not None}
         )
         judged = check_of(samples, float(period), arm, self.joint_names, self.end_velocities)
-        judged = judged.with_peaks(peaks_of(self._timed, self._caps_of(hand, torque)))
+        judged = judged.with_peaks(peaks_of(self._timed, self._given_caps(hand, torque)))
         beyond = None if positions is None else positions.beyond(self._timed)
         return judged if beyond is None else judged.beyond_position(beyond, self.joint_names)
 
@@ -397,17 +397,17 @@ class Trajectory(OneLine):
                 reason = "a motion from a file cannot be replaced; robot.trajectory(motion, ...) computes new times within limits"
             raise InputError("limits", reason)
         here = self.at(at).q
-        if plan.path.shape[1] != len(here) or np.abs(plan.path[0] - here).max() > _NEAR:
+        if plan.path.shape[1] != len(here) or np.abs(plan.path[0] - here).max() > _JOIN_TOLERANCE:
             raise InputError(
                 "plan", f"its path does not begin where the motion is at {at:.6g} s; plan from motion.at({at:.6g}).q"
             )
         tree, ends, names = motion.checker.tree, Ends(self.end_velocities[0], np.zeros_like(here)), self.joint_names
         positions = PositionLimits(tree.lower, tree.upper).narrowed(self._positions)
         refuse_path_beyond("plan", plan.path, positions, names)
-        caps = tuple(cap.of(motion.dynamics) for cap in self._caps)
+        caps = tuple(cap.with_dynamics(motion.dynamics) for cap in self._caps)
         is_free = motion.certificate._replace(positions=positions, caps=caps)
-        path = plan.path if self._limits.jerk is None else motion.finer(plan.path, positions)
-        timed = replaced(self._timed, path, at, self._limits, is_free)
+        path = plan.path if self._limits.jerk is None else motion.subdivide(plan.path, positions)
+        timed = switch_path(self._timed, path, at, self._limits, is_free)
         return Trajectory(self.certified, names, timed, motion, self._limits, ends, self._positions, caps)
 
     def then(self, other: Trajectory) -> Trajectory:
@@ -432,7 +432,7 @@ class Trajectory(OneLine):
         """
         if not isinstance(other, Trajectory) or other.joint_names != self.joint_names:
             raise InputError("other", f"{cited(other)}; a motion of the same joints is expected")
-        if np.abs(other.q[0] - self.q[-1]).max(initial=0.0) > _NEAR:
+        if np.abs(other.q[0] - self.q[-1]).max(initial=0.0) > _JOIN_TOLERANCE:
             raise InputError("other", "its start differs from the end of this motion; plan from motion.q[-1]")
         ends = Ends(self.end_velocities[0], other.end_velocities[1])
         if np.any([self.end_velocities[1], other.end_velocities[0]]):
@@ -441,7 +441,7 @@ class Trajectory(OneLine):
             return other if not self.duration else self
         limits = None if self._limits is None or other._limits is None else self._limits.wider(other._limits)
         positions = None if self._positions is None or other._positions is None else self._positions.wider(other._positions)
-        certified, timed = self.certified and other.certified, Continued(self._timed, other._timed)
+        certified, timed = self.certified and other.certified, JoinedMotion(self._timed, other._timed)
         caps = common_to(self._caps, other._caps)
         return Trajectory(certified, self.joint_names, timed, self._motion, limits, ends, positions, caps)
 
@@ -462,7 +462,7 @@ class Trajectory(OneLine):
             raise InputError("motion", "its robot is unknown")
         return self._motion.dynamics.inverse(self.at(t)[:3], None, None, None)
 
-    def _caps_of(self, hand: HandLimits | Iterable[HandLimits] | None, torque: ArrayLike | None) -> tuple[PathLimit, ...]:
+    def _given_caps(self, hand: HandLimits | Iterable[HandLimits] | None, torque: ArrayLike | None) -> tuple[PathLimit, ...]:
         """The given limits of hands and torques, or the ones that the motion was made with."""
         if hand is None and torque is None:
             return self._caps
@@ -518,7 +518,7 @@ class Trajectory(OneLine):
                 "accelerations": qdd,
                 "time_from_start": dict(zip(("sec", "nanosec"), time, strict=True)),
             }
-            for time, q, qd, qdd in points_of(self.at, self.rests, self.end_velocities, columns, period)
+            for time, q, qd, qdd in message_points(self.at, self.rests, self.end_velocities, columns, period)
         ]
         try:
             Path(path).write_text(json.dumps({"joint_names": self.joint_names, "points": points}), encoding="utf-8")
@@ -567,14 +567,14 @@ class Trajectory(OneLine):
         figure = NotebookFigure(figsize=(8, 2.6 * n_rows), layout="constrained")
         rows = figure.subplots(n_rows, sharex=True)
         for hand in hands:
-            (line,) = rows[-1].plot(t, np.linalg.norm(hand.moved(moment.q, moment.qd)[0], axis=1), label=hand.link)
+            (line,) = rows[-1].plot(t, np.linalg.norm(hand.velocities(moment.q, moment.qd)[0], axis=1), label=hand.link)
             rows[-1].axhline(hand.limits.speed, color=line.get_color(), linestyle="dashed", linewidth=0.8)
             rows[-1].set_ylabel("speed [m/s]")
             rows[-1].legend(fontsize="small")
         for axes, (name, unit, values) in zip(rows, shown, strict=False):
             lines = axes.plot(t, values, label=self.joint_names)
             axes.set_ylabel(f"{name} [{unit}]")
-            reach = _IN_PICTURE * np.abs(values).max()
+            reach = _PLOT_RANGE * np.abs(values).max()
             for ends in limits.get(name, ()):
                 for line, end in zip(lines, ends, strict=True):
                     if abs(end) <= reach:
@@ -619,10 +619,10 @@ class Trajectory(OneLine):
         self.__post_init__()
 
     def _repr_html_(self) -> str:
-        t = np.linspace(0.0, self.duration, _IN_TABLE)
+        t = np.linspace(0.0, self.duration, _TABLE_SAMPLES)
         q, qd, qdd = self.at(t)[:3]
-        fastest, hardest = (np.abs(each).max(axis=0) for each in (qd, qdd))
-        columns = (each.tolist() for each in (q[0], q[-1], fastest, hardest))
+        time_optimal, hardest = (np.abs(each).max(axis=0) for each in (qd, qdd))
+        columns = (each.tolist() for each in (q[0], q[-1], time_optimal, hardest))
         headers = "joint", "start", "end", "largest velocity", "largest acceleration"
         return table(repr(self)[1:-1], headers, zip(self.joint_names, *columns, strict=True), ["in rad and s; m for slides"])
 
@@ -643,7 +643,7 @@ def _read_only(array: Array) -> Array:
     return array
 
 
-def resting(
+def trajectory_at_rest(
     q: Array, joint_names: tuple[str, ...], *, certified: bool, motion: Motion, limits: Limits, positions: PositionLimits
 ) -> Trajectory:
     """The trajectory of a plan without motion."""

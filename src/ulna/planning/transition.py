@@ -19,27 +19,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import InputError
-from ulna.planning.blend import Grid, IsFree, edges_of, end_of, free_cuts, is_motion_free, rounded
-from ulna.planning.boundary_velocities import STRAIGHT_ON, stopping_distance, without_equal
-from ulna.planning.jerk_limited import MAX_TIMES, NARROWER, JerkLimited, beside_of, least_window_of, timed_path, with_pauses
+from ulna.planning.blend import Certificate, Grid, edges_of, end_of, find_free_cuts, is_motion_free, round_corners
+from ulna.planning.boundary_velocities import STRAIGHT_ON, distinct_points, stopping_distance
+from ulna.planning.jerk_limited import MAX_ATTEMPTS, REDUCTION, JerkLimited, add_pauses, max_deviation, min_window, timed_path
 from ulna.planning.path_limits import PathLimit, peaks_of
 from ulna.planning.positions import Farthest
-from ulna.planning.spline_trajectory import Splined
-from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, fastest, grid_of
+from ulna.planning.spline_trajectory import SplineMotion
+from ulna.planning.timing import N_PHASES, Limits, Moment, Profile, Speeds, TimedPath, grid_of, time_optimal
 
 Array = NDArray[np.float64]
 _BLEND = 0.1  # [rad]: blend of a corner of the plan, as in ``Plan.trajectory``
-_STANDS = 1e-9  # [1/s]: a smaller speed counts as rest
-_AT_STOP = 1e-9  # [s]: a time nearer to a stop counts as the stop
+_MIN_SPEED = 1e-9  # [1/s]: a smaller speed counts as rest
+_STOP_TOLERANCE = 1e-9  # [s]: a time nearer to a stop counts as the stop
 _SHARES = 1.0, 0.7, 0.5, 0.35, 0.2  # shares of the acceleration that are tried
-_ALONG_ITS_OWN = 1.02, 2.0, 4.0  # braking distances along the own path, as multiples of the straight one
-_ON_LIMIT = 1 + 5e-10  # factor of the acceleration: a motion at its limit stays within it despite rounding
+_BRAKING_FACTORS = 1.02, 2.0, 4.0  # braking distances along the own path, as multiples of the straight one
+_LIMIT_TOLERANCE = 1 + 5e-10  # factor of the acceleration: a motion at its limit stays within it despite rounding
 _PARTS = 64  # intervals per phase: averages over parts of long intervals would lose digits by cancellation
-_ROUNDED = 1 + 1e-6  # tolerance of the window's length relative to the jerk limits
+_WINDOW_TOLERANCE = 1 + 1e-6  # tolerance of the window's length relative to the jerk limits
 
 
 @dataclass(frozen=True, eq=False)
-class Continued:
+class JoinedMotion:
     """A motion up to its end at rest, followed by another motion."""
 
     first: Timed
@@ -71,9 +71,9 @@ class Continued:
         early, late = self.first.at(np.minimum(t, until)), self.then.at(np.maximum(t - until, 0.0))
         return Moment(*(np.where((t < until)[..., None], *both) for both in zip(early, late, strict=True)))
 
-    def slowed(self, factor: float) -> Continued:
+    def slowed(self, factor: float) -> JoinedMotion:
         """A slower motion: at time t it is where this one is at ``factor`` t."""
-        return Continued(self.first.slowed(factor), self.then.slowed(factor))
+        return JoinedMotion(self.first.slowed(factor), self.then.slowed(factor))
 
     def farthest(self, since: float) -> Farthest:
         """The extreme positions from a time on."""
@@ -86,25 +86,29 @@ class Continued:
         """The motion from a time on as straight edges, and its largest distance from each."""
         if t >= self.first.duration:
             return self.then.edges_since(t - self.first.duration)
-        (early, late), (beside, others) = zip(self.first.edges_since(t), self.then.edges_since(0.0), strict=True)
-        return np.concatenate([early, late[1:]]), np.concatenate([beside, others])
+        (early, late), (deviation, others) = zip(self.first.edges_since(t), self.then.edges_since(0.0), strict=True)
+        return np.concatenate([early, late[1:]]), np.concatenate([deviation, others])
 
 
-Timed = TimedPath | JerkLimited | Continued | Splined
+Timed = TimedPath | JerkLimited | JoinedMotion | SplineMotion
 
 
 def is_from_file(timed: Timed) -> bool:
     """Whether a motion, or a part of it, is a spline read from a file."""
-    return is_from_file(timed.first) or is_from_file(timed.then) if isinstance(timed, Continued) else isinstance(timed, Splined)
+    return (
+        is_from_file(timed.first) or is_from_file(timed.then)
+        if isinstance(timed, JoinedMotion)
+        else isinstance(timed, SplineMotion)
+    )
 
 
-def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed:
+def switch_path(timed: Timed, path: Array, at: float, limits: Limits, certificate: Certificate) -> Timed:
     """The motion up to a time, and from there along a path, shape (n, n_dof), that begins at its position.
 
     Raises:
         InputError: No transition to the path is free.
     """
-    found = _replaced(timed, path if len(path) > 1 else np.repeat(path, 2, axis=0), at, limits, is_free)
+    found = _switch(timed, path if len(path) > 1 else np.repeat(path, 2, axis=0), at, limits, certificate)
     if found is None:
         raise InputError(
             "plan",
@@ -114,31 +118,31 @@ def replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFr
     return found
 
 
-def _replaced(timed: Timed, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
-    """``replaced``; None if no transition to the path is free."""
+def _switch(timed: Timed, path: Array, at: float, limits: Limits, certificate: Certificate) -> Timed | None:
+    """``switch_path``; None if no transition to the path is free."""
     begin = timed.at(np.array(0.0))
-    if at <= _AT_STOP and np.linalg.norm(begin.qd) <= _STANDS:
-        return _from_rest(begin.q, path, limits, is_free)
-    if isinstance(timed, Continued):
+    if at <= _STOP_TOLERANCE and np.linalg.norm(begin.qd) <= _MIN_SPEED:
+        return _start_from_rest(begin.q, path, limits, certificate)
+    if isinstance(timed, JoinedMotion):
         if at < timed.first.duration:
-            return _replaced(timed.first, path, at, limits, is_free)
-        then = _replaced(timed.then, path, at - timed.first.duration, limits, is_free)
-        return None if then is None else Continued(timed.first, then)
-    if isinstance(timed, Splined):
+            return _switch(timed.first, path, at, limits, certificate)
+        then = _switch(timed.then, path, at - timed.first.duration, limits, certificate)
+        return None if then is None else JoinedMotion(timed.first, then)
+    if isinstance(timed, SplineMotion):
         raise AssertionError("a motion from a file is not replaced")  # noqa: TRY004 - the caller has asked
     if isinstance(timed, JerkLimited) or limits.jerk is None:
-        return _turned(timed, path, at, limits, is_free)
-    k = int(np.searchsorted(timed.rests, at + _AT_STOP, side="right")) - 1
+        return _leave_moving(timed, path, at, limits, certificate)
+    k = int(np.searchsorted(timed.rests, at + _STOP_TOLERANCE, side="right")) - 1
     begin = float(timed.rests[k])
-    before = _from_rest_to_rest(timed, 0, k) if begin else None
-    if at <= begin + _AT_STOP:
-        then = _from_rest(timed.at(np.array(begin)).q, path, limits, is_free)
+    before = _cut_between_rests(timed, 0, k) if begin else None
+    if at <= begin + _STOP_TOLERANCE:
+        then = _start_from_rest(timed.at(np.array(begin)).q, path, limits, certificate)
     else:
-        then = _turned_on_line(_from_rest_to_rest(timed, k, k + 1), path, at - begin, limits, is_free)
-    return then if then is None or before is None else Continued(before, then)
+        then = _leave_line(_cut_between_rests(timed, k, k + 1), path, at - begin, limits, certificate)
+    return then if then is None or before is None else JoinedMotion(before, then)
 
 
-def _from_rest_to_rest(motion: TimedPath, first: int, last: int) -> TimedPath:
+def _cut_between_rests(motion: TimedPath, first: int, last: int) -> TimedPath:
     """The part of a motion between two of its stops."""
     i, k = motion.grid.borders[[first, last]].tolist()
     starts, slopes, bends, steps = (each[i:k] for each in motion.grid[:4])
@@ -147,49 +151,49 @@ def _from_rest_to_rest(motion: TimedPath, first: int, last: int) -> TimedPath:
     return TimedPath(grid, Profile(times[i : k + 1] - times[i], *(each[i:k] for each in rates)))
 
 
-def _from_rest(q: Array, path: Array, limits: Limits, is_free: IsFree) -> TimedPath | JerkLimited | None:
+def _start_from_rest(q: Array, path: Array, limits: Limits, certificate: Certificate) -> TimedPath | JerkLimited | None:
     """A motion from rest at q to a path's second point, or via its start; None if neither is free."""
-    for points in (without_equal(np.stack([q, *path[1:]])), without_equal(np.stack([q, *path]))):
+    for points in (distinct_points(np.stack([q, *path[1:]])), distinct_points(np.stack([q, *path]))):
         if len(points) > 1:
             lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-            motion = timed_path(points, lengths, _BLEND, limits, is_free)
-            if motion is not None and is_motion_free(is_free, motion, 0.0):
+            motion = timed_path(points, lengths, _BLEND, limits, certificate)
+            if motion is not None and is_motion_free(certificate, motion, 0.0):
                 return motion
     return None
 
 
-def _turned_on_line(line: TimedPath, path: Array, at: float, limits: Limits, is_free: IsFree) -> Timed | None:
+def _leave_line(line: TimedPath, path: Array, at: float, limits: Limits, certificate: Certificate) -> Timed | None:
     """A transition from a line with seven phases, before its end or from the stop at its end."""
-    turned = _turned(line, path, at, limits, is_free)
-    if turned is not None or not is_motion_free(is_free, line, at):
+    turned = _leave_moving(line, path, at, limits, certificate)
+    if turned is not None or not is_motion_free(certificate, line, at):
         return turned
-    then = _from_rest(line.at(np.array(line.duration)).q, path, limits, is_free)
-    return None if then is None else Continued(line, then)
+    then = _start_from_rest(line.at(np.array(line.duration)).q, path, limits, certificate)
+    return None if then is None else JoinedMotion(line, then)
 
 
-def _turned(
-    timed: TimedPath | JerkLimited, path: Array, at: float, limits: Limits, is_free: IsFree
+def _leave_moving(
+    timed: TimedPath | JerkLimited, path: Array, at: float, limits: Limits, certificate: Certificate
 ) -> TimedPath | JerkLimited | None:
     """A transition from a moving motion: straight on, or after braking along its own path; None if none is free."""
-    base, window = _base_of(timed)
+    base, window = _base_and_window(timed)
     stops: list[tuple[TimedPath, list[Grid]]] | None = None
-    rest = is_free._replace(caps=())  # ``_going_on`` checks the limits of hands
+    rest = certificate._replace(caps=())  # ``_continue_base`` checks the limits of hands
     for share in _SHARES:
-        for way in _straight_on(base, at + window, path, window, share * limits.acceleration, is_free):
-            motion = _going_on(base, window, at, way, share, limits, is_free)
+        for way in _straight_continuations(base, at + window, path, window, share * limits.acceleration, certificate):
+            motion = _continue_base(base, window, at, way, share, limits, certificate)
             if motion is not None and is_motion_free(rest, motion, at):
                 return motion
-        stops = list(_stops(base, window, at, path, limits, is_free)) if stops is None else stops
+        stops = list(_brake(base, window, at, path, limits, certificate)) if stops is None else stops
         for stopped, grids in stops:
             for grid in grids:
                 again = float(stopped.times[-1]) - window
-                motion = _going_on(stopped, window, again, _Way(grid, 0.0), share, limits, is_free)
+                motion = _continue_base(stopped, window, again, _Continuation(grid, 0.0), share, limits, certificate)
                 if motion is not None and is_motion_free(rest, motion, at):
                     return motion
     return None
 
 
-class _Way(NamedTuple):
+class _Continuation(NamedTuple):
     """A continuation of a base motion."""
 
     grid: Grid
@@ -199,21 +203,21 @@ class _Way(NamedTuple):
     """The number of first intervals in which the speed must not exceed ``speed``."""
 
 
-def _straight_on(
-    base: TimedPath, time: float, path: Array, window: float, acceleration: Array, is_free: IsFree
-) -> Iterator[_Way]:
+def _straight_continuations(
+    base: TimedPath, time: float, path: Array, window: float, acceleration: Array, certificate: Certificate
+) -> Iterator[_Continuation]:
     """Yield continuations of a base from a time: straight on, and then to a path."""
     begin = base.at(np.array(time))
     speed = float(np.linalg.norm(begin.qd))
-    for more in STRAIGHT_ON if speed > _STANDS else ():
+    for more in STRAIGHT_ON if speed > _MIN_SPEED else ():
         along = begin.qd / speed
         # the window's length is added, so that the acceleration does not change twice within it
-        ahead = more * _stopping_distance(begin, acceleration, is_free.caps) + speed * window
+        ahead = more * _stopping_distance(begin, acceleration, certificate.caps) + speed * window
         points = [begin.q, begin.q + ahead * along, *path[1:]]
-        for grid in _along(points, max(_BLEND, ahead), is_free):
-            yield _Way(grid, speed, int(np.argmax(np.append(grid.bends.any(axis=1), True))))  # up to the first parabola
-    if speed <= _STANDS:
-        yield from (_Way(grid, 0.0) for grid in _along([begin.q, *path[1:]], _BLEND, is_free))
+        for grid in _round_path(points, max(_BLEND, ahead), certificate):
+            yield _Continuation(grid, speed, int(np.argmax(np.append(grid.bends.any(axis=1), True))))  # up to the first parabola
+    if speed <= _MIN_SPEED:
+        yield from (_Continuation(grid, 0.0) for grid in _round_path([begin.q, *path[1:]], _BLEND, certificate))
 
 
 def _stopping_distance(begin: Moment, acceleration: Array, caps: tuple[PathLimit, ...]) -> float:
@@ -223,17 +227,17 @@ def _stopping_distance(begin: Moment, acceleration: Array, caps: tuple[PathLimit
     return max(own, *(cap.stopping_distance(begin.q, begin.qd) for cap in caps)) if caps else own
 
 
-def _along(points: list[Array], blend: float, is_free: IsFree) -> list[Grid]:
+def _round_path(points: list[Array], blend: float, certificate: Certificate) -> list[Grid]:
     """The path along points, with corners rounded where that is free; an empty list if the points are equal."""
-    path = without_equal(np.stack(points))
+    path = distinct_points(np.stack(points))
     if len(path) == 1:
         return []
-    edges = edges_of(path, np.linalg.norm(np.diff(path, axis=0), axis=1), is_free.chords)
-    return [grid_of(rounded(edges, free_cuts(edges, blend, is_free)))]
+    edges = edges_of(path, np.linalg.norm(np.diff(path, axis=0), axis=1), certificate.chords)
+    return [grid_of(round_corners(edges, find_free_cuts(edges, blend, certificate)))]
 
 
-def _stops(
-    base: TimedPath, window: float, at: float, path: Array, limits: Limits, is_free: IsFree
+def _brake(
+    base: TimedPath, window: float, at: float, path: Array, limits: Limits, certificate: Certificate
 ) -> Iterator[tuple[TimedPath, list[Grid]]]:
     """Yield bases that brake to a stop along their own path, each with the continuations from there to a path.
 
@@ -241,27 +245,29 @@ def _stops(
     """
     begin = base.at(np.array(at + window))
     speed = float(np.linalg.norm(begin.qd))
-    if speed <= _STANDS:
+    if speed <= _MIN_SPEED:
         return
-    left, rate = _left_of(base, at + window)
-    for more in _ALONG_ITS_OWN:
-        for share in (_ON_LIMIT, *_SHARES[1:]):
-            stop = _stopping_distance(begin, share * limits.acceleration, is_free.caps) + speed * window
-            braking = _up_to(left, more * stop * rate / speed)
-            stopped = _going_on(base, window, at, _Way(braking, rate, len(braking.steps)), share, limits, is_free)
+    left, rate = _remaining_path(base, at + window)
+    for more in _BRAKING_FACTORS:
+        for share in (_LIMIT_TOLERANCE, *_SHARES[1:]):
+            stop = _stopping_distance(begin, share * limits.acceleration, certificate.caps) + speed * window
+            braking = _cut_path(left, more * stop * rate / speed)
+            stopped = _continue_base(
+                base, window, at, _Continuation(braking, rate, len(braking.steps)), share, limits, certificate
+            )
             if stopped is not None:
                 joined = stopped.base if isinstance(stopped, JerkLimited) else stopped
-                back = _backwards(_left_of(joined, at + 0.5 * window)[0])
+                back = _reverse(_remaining_path(joined, at + 0.5 * window)[0])
                 end = joined.at(joined.times[-1:]).q[0]
-                ways = [*_along([end, *path[1:]], _BLEND, is_free), *_along([end, *path], _BLEND, is_free)]
-                start = _along([end_of(back), path[0]], 0.0, is_free)
-                then = (_along([*path], blend, is_free) for blend in (_BLEND, 0.0))
-                ways += [reduce(_joined_grids, [*start, *grids], back) for grids in then]
+                ways = [*_round_path([end, *path[1:]], _BLEND, certificate), *_round_path([end, *path], _BLEND, certificate)]
+                start = _round_path([end_of(back), path[0]], 0.0, certificate)
+                then = (_round_path([*path], blend, certificate) for blend in (_BLEND, 0.0))
+                ways += [reduce(_join_grids, [*start, *grids], back) for grids in then]
                 yield joined, ways
                 break
 
 
-def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
+def _remaining_path(motion: TimedPath, time: float) -> tuple[Grid, float]:
     """The rest of the path from a time to the next stop, and the speed at that time, ds/dt."""
     (starts, slopes, bends, steps, borders, chords), i = motion.grid, int(motion.interval_at(np.array(time)))
     profile, after = motion.profile, time - motion.times[i]
@@ -277,7 +283,7 @@ def _left_of(motion: TimedPath, time: float) -> tuple[Grid, float]:
     return path, float(profile.speeds[i] + profile.accelerations[i] * after)
 
 
-def _up_to(path: Grid, length: float) -> Grid:
+def _cut_path(path: Grid, length: float) -> Grid:
     """The path cut at a length; the whole path if it is shorter."""
     ends = np.cumsum(path.steps)
     n = min(int(np.searchsorted(ends, length)) + 1, len(ends))
@@ -286,7 +292,7 @@ def _up_to(path: Grid, length: float) -> Grid:
     return Grid(starts, slopes, bends, steps, np.array([0, n]), path.chords)
 
 
-def _backwards(path: Grid) -> Grid:
+def _reverse(path: Grid) -> Grid:
     """The reversed path."""
     starts, slopes, bends, steps, borders, chords = path
     s = steps[:, None]
@@ -295,14 +301,14 @@ def _backwards(path: Grid) -> Grid:
     return Grid(starts, slopes, bends, steps, borders, chords)
 
 
-def _joined_grids(first: Grid, then: Grid) -> Grid:
+def _join_grids(first: Grid, then: Grid) -> Grid:
     """Join two paths, with a stop between them."""
     starts, slopes, bends, steps = (np.concatenate([early, late]) for early, late in zip(first[:4], then[:4], strict=True))
     borders = np.concatenate([first.borders[:-1], then.borders + len(first.steps)])
     return Grid(starts, slopes, bends, steps, borders, max(first.chords, then.chords))
 
 
-def _base_of(timed: TimedPath | JerkLimited) -> tuple[TimedPath, float]:
+def _base_and_window(timed: TimedPath | JerkLimited) -> tuple[TimedPath, float]:
     """The base of a motion, and the window of the moving average.
 
     Without a jerk limit they are the motion itself and 0. A motion along a line in seven phases is the moving average of one in
@@ -325,46 +331,48 @@ def _base_of(timed: TimedPath | JerkLimited) -> tuple[TimedPath, float]:
     starts, still = grid.starts[0] + s[:, None] * slopes, np.zeros_like(slopes)
     base = Grid(starts, slopes, still, steps, np.array([0, len(steps)]), grid.chords)
     profile = Profile(np.concatenate([[0.0], np.cumsum(phases)]), speeds, rates, np.zeros(len(steps)))
-    return with_pauses(TimedPath(base, profile), float(growing)), float(growing)
+    return add_pauses(TimedPath(base, profile), float(growing)), float(growing)
 
 
-def _going_on(
-    base: TimedPath, window: float, at: float, way: _Way, share: float, limits: Limits, is_free: IsFree
+def _continue_base(
+    base: TimedPath, window: float, at: float, way: _Continuation, share: float, limits: Limits, certificate: Certificate
 ) -> TimedPath | JerkLimited | None:
     """The moving average of the base up to at + window and a continuation; None if it exceeds limits."""
-    caps = is_free.caps
-    narrower = caps if limits.jerk is None else tuple(cap.gentler(share) for cap in caps)  # like joints, for the window
-    for _ in range(MAX_TIMES if caps else 1):
-        motion = _with_mean(base, window, at, way, limits._replace(acceleration=share * limits.acceleration), narrower)
+    caps = certificate.caps
+    narrower = (
+        caps if limits.jerk is None else tuple(cap.with_less_acceleration(share) for cap in caps)
+    )  # like joints, for the window
+    for _ in range(MAX_ATTEMPTS if caps else 1):
+        motion = _average(base, window, at, way, limits._replace(acceleration=share * limits.acceleration), narrower)
         peaks = () if motion is None else peaks_of(motion, caps, at)
         if all(peaks):
-            return replace(motion, beside=beside_of(is_free)) if isinstance(motion, JerkLimited) else motion
-        narrower = tuple(cap.narrowed(peaks, NARROWER) for cap in narrower)
+            return replace(motion, deviation=max_deviation(certificate)) if isinstance(motion, JerkLimited) else motion
+        narrower = tuple(cap.narrowed(peaks, REDUCTION) for cap in narrower)
     return None
 
 
-def _with_mean(
-    base: TimedPath, window: float, at: float, way: _Way, limits: Limits, caps: tuple[PathLimit, ...]
+def _average(
+    base: TimedPath, window: float, at: float, way: _Continuation, limits: Limits, caps: tuple[PathLimit, ...]
 ) -> TimedPath | JerkLimited | None:
-    rest = fastest(way.grid, limits.velocity, limits.acceleration, Speeds(way.speed, 0.0), way.slow, caps)
+    rest = time_optimal(way.grid, limits.velocity, limits.acceleration, Speeds(way.speed, 0.0), way.slow, caps)
     if rest is None:
         return None
     if window == 0.0:
-        return _joined(base, at, rest)
-    joined = _joined(base, at + window, _with_later_pauses(rest, window))
-    if limits.jerk is None or least_window_of(joined, limits.jerk, window) > window * _ROUNDED:
+        return _join(base, at, rest)
+    joined = _join(base, at + window, _add_later_pauses(rest, window))
+    if limits.jerk is None or min_window(joined, limits.jerk, window) > window * _WINDOW_TOLERANCE:
         return None
     return JerkLimited(joined, window)
 
 
-def _with_later_pauses(motion: TimedPath, pause: float) -> TimedPath:
+def _add_later_pauses(motion: TimedPath, pause: float) -> TimedPath:
     """The motion with a pause [s] at each stop and at its end, but none at its start."""
-    (starts, slopes, bends, steps, borders, chords), profile = with_pauses(motion, pause)
+    (starts, slopes, bends, steps, borders, chords), profile = add_pauses(motion, pause)
     path = Grid(starts[1:], slopes[1:], bends[1:], steps[1:], np.concatenate([[0], borders[1:] - 1]), chords)
     return TimedPath(path, Profile(profile.times[1:] - pause, *(rows[1:] for rows in profile[1:])))
 
 
-def _joined(first: TimedPath, until: float, then: TimedPath) -> TimedPath:
+def _join(first: TimedPath, until: float, then: TimedPath) -> TimedPath:
     """The first motion up to a time, followed by another motion that begins there."""
     i = int(first.interval_at(np.array(until)))
     after = until - first.times[i]

@@ -23,8 +23,8 @@ from ulna.planning.motion import Motion
 from ulna.planning.motion_limits import described_limits
 from ulna.planning.positions import PositionLimits
 from ulna.planning.space import make_space
-from ulna.planning.spline_trajectory import splined
-from ulna.planning.trajectory import Trajectory, resting
+from ulna.planning.spline_trajectory import interpolate_points
+from ulna.planning.trajectory import Trajectory, trajectory_at_rest
 from ulna.robot.coordinates import coordinates_of
 from ulna.robot.joint_columns import joint_columns
 
@@ -70,10 +70,10 @@ def _motion(robot: Robot, points: JointPoints) -> Trajectory:
     own, positions = described_limits(tree), PositionLimits(tree.lower, tree.upper)
     limits = own._replace(velocity=np.where(own.velocity > 0.0, own.velocity, np.inf))
     if len(q) == 1:
-        return resting(q[0], names, certified=False, motion=motion, limits=limits, positions=positions)
+        return trajectory_at_rest(q[0], names, certified=False, motion=motion, limits=limits, positions=positions)
     ends = np.where(np.abs(qd[[0, -1]]) > _STILL, qd[[0, -1]], 0.0)
     qd[[0, -1]] = np.where(np.isfinite(qd[[0, -1]]), ends, np.nan)
-    return Trajectory(False, names, splined(times, q, qd, qdd), motion, limits, Ends(*ends), positions)
+    return Trajectory(False, names, interpolate_points(times, q, qd, qdd), motion, limits, Ends(*ends), positions)
 
 
 def _look_for_degrees(robot: Robot, q: Array, option: str) -> None:

@@ -66,7 +66,7 @@ from ulna.planning.motion_limits import GivenLimits
 from ulna.planning.path_trajectory import GivenMotion, path_trajectory
 from ulna.planning.plan import Plan
 from ulna.planning.planner import PlanOptions, PlanRequest, plan_motion
-from ulna.planning.tightened_limits import Given, narrower
+from ulna.planning.tightened_limits import Given, narrow_limits
 from ulna.planning.trajectory import Trajectory
 from ulna.robot.forces import Forces
 from ulna.robot.other_names import put_other_names, without_other_names
@@ -1519,7 +1519,7 @@ class Robot(Forces):
             (0.5, 1.0)
         """
         given = {"lower": lower, "upper": upper, "velocity": velocity, "acceleration": acceleration, "jerk": jerk}
-        return self._changed(_narrowed=narrower(self.tree, limits, given))
+        return self._changed(_narrowed=narrow_limits(self.tree, limits, given))
 
     def with_allowed_collisions(
         self, pairs: Iterable = (), *, at: ArrayLike | str | None = None, touching: float | None = None

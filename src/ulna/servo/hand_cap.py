@@ -59,7 +59,7 @@ def share_of(hands: Iterable[Hand], q: Array, stop: Array, found: Array) -> floa
     share = 1.0
     for hand in hands:
         for quantity, *moved in zip(
-            _QUANTITIES, hand.moved(q[None], stop[None]), hand.moved(q[None], (found - stop)[None]), strict=True
+            _QUANTITIES, hand.velocities(q[None], stop[None]), hand.velocities(q[None], (found - stop)[None]), strict=True
         ):
             (first,), (way,) = moved
             a, b, c = way @ way, first @ way, first @ first - (_AIM * hand.limit(quantity)) ** 2
@@ -105,11 +105,11 @@ def _is_slow(hand: Hand, pieces: Pieces) -> bool:
     extents = (np.abs(q) + steps * fastest).max(axis=0)
     rates = hand.rates(extents, fastest, np.maximum(np.abs(qdd), np.abs(qdd + steps * jerk)), np.abs(jerk))
     weights = (rates.arms, hand.limit("speed")), (rates.turns, hand.limit("angular_speed"))
-    limited = [(k, rates.third(each), limit) for k, (each, limit) in enumerate(weights) if limit < np.inf]
+    limited = [(k, rates.third_derivative_bound(each), limit) for k, (each, limit) in enumerate(weights) if limit < np.inf]
     apart = max(float((steps[:, 0] ** 2 * bound).max()) / limit for _, bound, limit in limited)
     count = int(min(max(np.ceil(np.sqrt(apart / (8.0 * _PRECISION))), 1), _MAX_SAMPLES))
     t = np.linspace(0.0, 1.0, count + 1)[:, None, None] * steps
-    moved = hand.moved(q + t * (qd + t * (qdd / 2.0 + t * jerk / 6.0)), qd + t * (qdd + t * jerk / 2.0))
+    moved = hand.velocities(q + t * (qd + t * (qdd / 2.0 + t * jerk / 6.0)), qd + t * (qdd + t * jerk / 2.0))
     for k, bound, limit in limited:
         sizes = np.sqrt((moved[k] * moved[k]).sum(axis=-1).max(axis=0))
         if (sizes + bound * (steps[:, 0] / count) ** 2 / 8.0 > limit).any():

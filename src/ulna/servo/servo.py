@@ -48,7 +48,7 @@ from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.hand import HandLimits
 from ulna.planning.motion_limits import LARGEST, as_limits, described_limits
 from ulna.planning.motors import Motors, as_motors
-from ulna.planning.targets import beyond_limits
+from ulna.planning.targets import limit_excess
 from ulna.planning.timing import Limits
 from ulna.servo.command import STATUS_OF, Command, Limiting
 from ulna.servo.entries import tick as entries
@@ -235,7 +235,7 @@ class Servo:
         lead_out, self._goal_q[:] = as_switch("lead_out", lead_out), as_configuration(q, self._tree, "q")
         self._goal_qd[:] = 0.0 if qd is None else as_configuration(qd, self._tree, "qd")
         if not is_within(self._goal_q, self._tree):
-            words = ", ".join(f"{name} by {x:.3g}" for name, x in beyond_limits(self._goal_q, self._tree).items())
+            words = ", ".join(f"{name} by {x:.3g}" for name, x in limit_excess(self._goal_q, self._tree).items())
             back = f": {words}; robot.plan(q, goal, escape=True) begins with the way back within them"
             raise InputError("q", f"beyond the joint limits{degrees_in_words(self._goal_q) or back}")
         if (np.abs(self._goal_qd) > self._limits["speed"]).any():
