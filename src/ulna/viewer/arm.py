@@ -20,7 +20,7 @@ from ulna.robot import Robot
 from ulna.viewer.html import listed, small_text, tree_html
 from ulna.viewer.nodes import add_shape, add_triangles, grown
 from ulna.viewer.palette import FAINT, FREE, PALE, STRONG, TINT, TOUCHING
-from ulna.viewer.visuals import glb_of, link_visuals, read_mesh
+from ulna.viewer.visuals import glb_of, link_visuals, links_moving_with, read_mesh
 
 _OVER = 3e-3  # share of the robot's size: the offset of a surface drawn over another one, against flicker
 _STILL = 1e-6  # [m or 1] the pose of a link is not sent to the page for a smaller change
@@ -134,9 +134,8 @@ class Arm:
                 node.color = TOUCHING if name in names else FREE
         self._touching = tuple(names)
         self._set_opacities()
-        rows = self.robot.tree.link_row
-        bodies = {rows[self._link_of[name]] for name in names if name in self._link_of}  # links fixed to each other share a row
-        red = {link for link in self.visuals if rows[link] in bodies}
+        hit = (self._link_of[name] for name in names if name in self._link_of)
+        red = links_moving_with(self.robot, hit) & self.visuals.keys()
         for link in red - self._tints.keys():
             k, mesh = self.robot.link_names.index(link), grown(self.visuals[link].to_mesh(), _OVER * self.extent.radius)
             look = {"opacity": TINT, "cast_shadow": False, "receive_shadow": False}

@@ -1,5 +1,6 @@
 """Makes the triangles of links and shapes: meshes with their materials, primitive shapes, or a drawn body."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,7 @@ from trimesh.visual.material import PBRMaterial
 
 from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import HeightMap, VoxelGrid
+from ulna.collision.report import Report
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
 from ulna.description.robot_description import Body
@@ -51,6 +53,20 @@ def link_visuals(robot: Robot) -> Visuals:
         drawn, bare = drawn_body(robot), set(missing.values()) or set(scenes)
         scenes |= {name: scene for name, scene in drawn.items() if name in bare}
     return Visuals({name: scene for name, scene in scenes.items() if scene.geometry}, tuple(missing))
+
+
+def links_moving_with(robot: Robot, links: Iterable[str]) -> frozenset[str]:
+    """Some links, and the links that fixed joints connect to them."""
+    rows = robot.tree.link_row
+    bodies = {rows[link] for link in links}
+    return frozenset(link for link in robot.link_names if rows[link] in bodies)
+
+
+def touching_links(robot: Robot, report: Report) -> frozenset[str]:
+    """The links in contact, and the links that fixed joints connect to them."""
+    hits = [pair for pair in report.pairs if pair.signed_distance <= 0.0]
+    ends = (link for pair in hits for link in (pair.link_a, pair.link_b))
+    return links_moving_with(robot, [link for link in ends if link is not None])
 
 
 def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:

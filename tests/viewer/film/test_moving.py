@@ -10,9 +10,10 @@ from ulna.viewer.film import recording
 from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.film import Film
 from ulna.viewer.film.painter import Ground, Picture
-from ulna.viewer.film.recording import make_form, record_moving, solids_at
+from ulna.viewer.film.recording import make_form, record_moving, report_at, solids_at
 from ulna.viewer.film.skin import BoundingBall, Model
 from ulna.viewer.palette import TOUCHING, Solid
+from ulna.viewer.visuals import touching_links
 from videos import decoded
 
 
@@ -56,13 +57,28 @@ def test_each_obstacle_has_a_color_of_its_own_and_what_is_attached_is_drawn(pand
     for k, y in enumerate((-0.4, 0.4)):
         world.add(f"crate {k}", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.5, y, 0.3)))
     held = panda.with_attached("part", ulna.Box((0.05, 0.05, 0.1)), ulna.pose((0.0, 0.0, 0.12)))
-    solids = {solid.name: solid for solid in solids_at(held, panda.home, world, BoundingBall.of(np.eye(3)), boxes=False)}
+    ball = BoundingBall.of(np.eye(3))
+    solids = {solid.name: solid for solid in solids_at(held, report_at(held, panda.home, world), world, ball, boxes=False)}
     assert set(solids) == {"obstacle crate 0", "obstacle crate 1", "attached part"}
     assert len({solid.color for solid in solids.values()}) == 3
     assert solids["attached part"].link == panda.tip
     world.move("crate 0", panda.forward_kinematics(panda.home) @ ulna.pose((0.0, 0.0, 0.12)))
-    touching = solids_at(held, panda.home, world, BoundingBall.of(np.eye(3)), boxes=False)
+    touching = solids_at(held, report_at(held, panda.home, world), world, ball, boxes=False)
     assert [solid.name for solid in touching if solid.color == TOUCHING] == ["attached part", "obstacle crate 0"]
+
+
+def test_the_links_in_contact_are_red_in_a_picture(panda):
+    world = ulna.World()
+    world.add("post", ulna.Box((0.1, 0.1, 0.9)), ulna.pose((0.307, 0, 0.45)))
+    links = touching_links(panda, report_at(panda, panda.home, world))
+    assert {"panda_link8", "panda_ee"} <= links  # fixed joints connect them
+    assert "panda_link0" not in links
+    model = Model(panda)
+    colors, _ = model.paints(model.skin, (), links)
+    own = np.array([name in links for name in panda.link_names])[model.skin.owners]
+    assert (colors[own, 0] > 2.0 * colors[own, 1]).all()
+    assert np.array_equal(colors[~own], model.skin.colors[~own])
+    assert touching_links(panda, report_at(panda, panda.home, ulna.World())) == frozenset()
 
 
 @pytest.mark.slow

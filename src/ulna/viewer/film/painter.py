@@ -82,12 +82,14 @@ class Picture:
         camera: The camera.
         solids: Shapes in the scene, each on a link.
         caption: Text that is written over the picture.
+        touching: The links that are shown in red.
     """
 
     q: NDArray[np.float64]
     camera: Camera
     solids: tuple[Solid, ...] = ()
     caption: Caption | None = None
+    touching: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ class Painter:
         """
         solids = [solid for solid in picture.solids if is_opaque(solid)]
         skin, poses = self.model.skin_among(solids), self.model.poses(picture.q, solids)
-        colors, glow = self.model.paints(skin, solids)
+        colors, glow = self.model.paints(skin, solids, picture.touching)
         view = picture.camera.view(self._numbers.shape[1], self._numbers.shape[0])
         self._draw(skin, poses, view, glow)
         self._shade(picture, skin, poses, colors, glow)

@@ -21,7 +21,7 @@ from ulna.viewer.film.film import WRITERS, Film, write_film
 from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.film.skin import BoundingBall, Model
 from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid, collision_boxes
-from ulna.viewer.visuals import triangles
+from ulna.viewer.visuals import touching_links, triangles
 
 TURN_FROM = 0.75  # [rad] the first angle of the camera about z, from x
 _KEPT = 2  # robots whose models are cached
@@ -143,7 +143,7 @@ _THICKNESS = 0.004  # [m] of the slab that is drawn for a half-space
 def record_moving(
     form: Form, robot: Robot, path: Array, world: World, *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
-    """Record a robot along a path of q, shape (n, n_dof), evenly spaced in time. Shapes in contact are red.
+    """Record a robot along a path of q, shape (n, n_dof), evenly spaced in time. Links and obstacles in contact are red.
 
     The other arguments and the result are those of ``record_robot``.
 
@@ -152,12 +152,16 @@ def record_moving(
     """
     origins = np.vstack([robot.link_poses(q)[:, :3, 3] for q in _along(path, min(len(path), 16))])
     middle = BoundingBall.of(origins)
-    shots = [(q, solids_at(robot, q, world, middle, boxes=boxes)) for q in _along(path, form.n_frames)]
+    shots = [(q, report_at(robot, q, world)) for q in _along(path, form.n_frames)]
     model = model_of(robot)
     own = np.vstack([model.points_at(q) for q in _along(path, min(len(path), 16))])
     points = np.vstack([own, *_near(own, world)])
     camera, ground = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1]), ground_of(BoundingBall.of(points))
-    write_pictures(form, model, [Picture(q, camera, solids) for q, solids in shots], ground, tell)
+    pictures = [
+        Picture(q, camera, solids_at(robot, report, world, middle, boxes=boxes), touching=touching_links(robot, report))
+        for q, report in shots
+    ]
+    write_pictures(form, model, pictures, ground, tell)
     return model.missing
 
 
@@ -168,9 +172,8 @@ def _along(path: Array, n: int) -> Iterator[Array]:
         yield path[k] + (place - k) * (path[min(k + 1, len(path) - 1)] - path[k])
 
 
-def solids_at(robot: Robot, q: Array, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
+def solids_at(robot: Robot, report: Report, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
     """The robot's boxes, its attached objects and the obstacles, each in its own color, or red if in contact."""
-    report = _report(robot, q, world)
     panes = collision_boxes(robot, report.touching) if boxes else ()
     held = [_attached(each, touching=each.name in report.touching) for each in robot.attached]
     hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
@@ -183,7 +186,7 @@ def solids_of_world(robot: Robot, world: World, middle: BoundingBall, hit: Colle
     return tuple(_obstacle(robot, *each, TOUCHING if each[0] in hit else color, middle) for each, color in colored)
 
 
-def _report(robot: Robot, q: Array, world: World) -> Report:
+def report_at(robot: Robot, q: Array, world: World) -> Report:
     """The collision report; empty if the robot's shapes cannot be checked."""
     try:
         return robot.check_collision(q, world)

@@ -1,6 +1,6 @@
 """Makes triangles of a robot and of opaque solids as arrays: vertices, normals, colors and moving frames."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any
@@ -10,7 +10,7 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.robot import Robot
-from ulna.viewer.palette import Solid
+from ulna.viewer.palette import TINT, TOUCHING, Solid
 from ulna.viewer.visuals import Visuals, link_visuals, triangles
 
 CREASE = 0.75  # the cosine of the angle above which an edge is drawn sharp: 41 degrees
@@ -167,9 +167,16 @@ class Model:
         poses = self.robot.link_poses(q)
         return np.concatenate([poses, *((poses[self.links[solid.link]] @ solid.pose)[None] for solid in solids)])
 
-    def paints(self, skin: Skin, solids: Sequence[Solid]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The color of every triangle (linear light), shape (m, 3), and its emitted share, shape (m,)."""
+    def paints(
+        self, skin: Skin, solids: Sequence[Solid], touching: Collection[str] = ()
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The color of every triangle (linear light), shape (m, 3), and its emitted share, shape (m,).
+
+        ``touching`` names the links that are tinted red, as on the page.
+        """
         colors, glow = skin.colors.copy(), np.zeros(len(skin.colors))
+        red = np.isin(skin.owners, [self.links[name] for name in touching])
+        colors[red] = (1.0 - TINT) * colors[red] + TINT * linear(TOUCHING)
         for k, solid in enumerate(solids):
             own = skin.owners == len(self.links) + k
             colors[own], glow[own] = linear(solid.color), float(solid.glows)
