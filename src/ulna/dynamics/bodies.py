@@ -26,7 +26,7 @@ def mechanism_of(tree: Tree, links: Iterable[Link], inertias: Iterable[tuple[str
     moving = [link for link in links if tree.link_row[link.name] != BASE]
     missing = [link.name for link in moving if link.inertia is None and (link.visuals or link.collisions)]
     if missing:
-        raise InertiaError(f"no torque can be computed: {_lacks(missing)}; {_REMEDY}", missing)
+        raise InertiaError(f"no torque can be computed: {_describe_missing(missing)}; {_REMEDY}", missing)
     if all(link.inertia is None for link in moving):
         names = [link.name for link in moving]
         raise InertiaError(f"no torque can be computed: no link of {tree.name!r} that moves has an inertia; {_REMEDY}", names)
@@ -46,7 +46,7 @@ def point_mass(tree: Tree, link: str, center: NDArray[np.float64]) -> Mechanism:
     return Mechanism(tree.joints, frozen(table, table.shape))
 
 
-def described_with(description: Description, inertias: Mapping[str, Inertia | None]) -> Description:
+def replace_inertias(description: Description, inertias: Mapping[str, Inertia | None]) -> Description:
     """A copy of a description with other inertias of some links."""
     names = {link.name for link in description.links}
     for name, inertia in inertias.items():
@@ -71,5 +71,5 @@ def inertia_row(inertia: Inertia, T_row_link: NDArray[np.float64]) -> NDArray[np
 _REMEDY = "robot.with_inertias({'link': ulna.Inertia(mass, center, tensor)}) gives them"
 
 
-def _lacks(links: list[str]) -> str:
+def _describe_missing(links: list[str]) -> str:
     return f"{listed(links)} {'has' if len(links) == 1 else 'have'} a shape and no inertia"

@@ -11,7 +11,7 @@ from ulna.description.arrays import as_floats
 from ulna.description.robot_description import Description, Inertia, frozen
 from ulna.description.shapes import within_reach
 from ulna.dynamics.bodies import mechanism_of, point_mass
-from ulna.dynamics.effort import as_effort_limits, largest_masses
+from ulna.dynamics.effort import as_effort_limits, max_payloads
 from ulna.dynamics.entries import masses, torques
 from ulna.engine.bound import bind
 from ulna.engine.entries import ready
@@ -85,7 +85,7 @@ class Dynamics:
         """The torques of q, qd and qdd."""
         leading = self.mechanism, self.free_fall(gravity)
         torque = self._run(torques.inverse_batch, leading, dict(zip(("q", "qd", "qdd"), motion, strict=True)), out)
-        self._less_wrenches(torque, motion[0], wrenches)
+        self._subtract_wrenches(torque, motion[0], wrenches)
         return torque
 
     def gravity_torque(self, q: ArrayLike, gravity: ArrayLike | None, out: Array | None) -> Array:
@@ -113,7 +113,7 @@ class Dynamics:
         entry, given = (torques.gravity_batch, {"q": given["q"]}) if at_rest else (torques.inverse_batch, given)
         own = self._run(entry, (self.mechanism, free_fall), given, None)
         of_one_kilogram = self._run(entry, (point_mass(self._tree, link, center), free_fall), given, None)
-        return largest_masses(own, of_one_kilogram, most)
+        return max_payloads(own, of_one_kilogram, most)
 
     def forward(
         self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, load: tuple[ArrayLike | None, Wrenches | None, Array | None]
@@ -123,7 +123,7 @@ class Dynamics:
         if wrenches:
             batch, _ = self.rows({"q": q, "qd": qd, "torque": torque})
             of_wrenches = np.zeros((*batch, self._tree.n_dof))
-            self._less_wrenches(of_wrenches, q, wrenches)
+            self._subtract_wrenches(of_wrenches, q, wrenches)
             torque = as_positions(torque, self._tree, "torque") - of_wrenches
         leading = self.mechanism, self.free_fall(gravity)
         made = self._run(masses.forward_batch, leading, {"q": q, "qd": qd, "torque": torque}, out)
@@ -192,7 +192,7 @@ class Dynamics:
         sizes = np.linalg.eigvalsh(mobility)
         locked = ~(sizes[..., 0] > _MIN_RATIO * sizes[..., -1])
         if locked.any():
-            raise _singular(f"no joint moves {link!r} in some direction, where its inertia is infinite", locked)
+            raise _singularity_error(f"no joint moves {link!r} in some direction, where its inertia is infinite", locked)
         return np.linalg.inv(mobility).astype(np.float64, copy=False)
 
     def regressor(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, gravity: ArrayLike | None) -> Array:
@@ -234,7 +234,7 @@ class Dynamics:
                 name, f"shapes {', '.join(f'{key} {array.shape}' for key, array in arrays.items())} do not go together"
             ) from None
         return batch, {
-            name: flat(array if array.shape[:-1] == batch else _spread(array, batch)) for name, array in arrays.items()
+            name: flat(array if array.shape[:-1] == batch else _broadcast(array, batch)) for name, array in arrays.items()
         }
 
     def _run(
@@ -255,7 +255,7 @@ class Dynamics:
         if not in_parts(lambda part: entry(*leading, *(each[part] for each in (*rows.values(), *made))), n, MIN_ROWS):
             refuse_rows(rows)
 
-    def _less_wrenches(self, torque: Array, q: ArrayLike, wrenches: Wrenches | None) -> None:
+    def _subtract_wrenches(self, torque: Array, q: ArrayLike, wrenches: Wrenches | None) -> None:
         """Subtract J' w of each link from the torques, in place."""
         if wrenches is not None and not isinstance(wrenches, Mapping):
             raise InputError("wrenches", f"{type(wrenches).__name__}; forces and moments by link are expected, as {{'tool': w}}")
@@ -291,7 +291,7 @@ def refuse_rows(rows: Mapping[str, Array]) -> None:
         refuse_out_of_range(each, name) if name == "q" else _refuse_infinite(each, name)
 
 
-def _spread(array: Array, batch: tuple[int, ...]) -> Array:
+def _broadcast(array: Array, batch: tuple[int, ...]) -> Array:
     return np.array(np.broadcast_to(array, (*batch, array.shape[-1])), order="C")
 
 
@@ -303,8 +303,8 @@ def _refuse_infinite(values: Array, name: str) -> None:
 
 def massless(rows: NDArray[np.bool_]) -> SingularityError:
     """The error for rows with a singular mass matrix."""
-    return _singular("the mass matrix is singular: a joint moves no mass", rows)
+    return _singularity_error("the mass matrix is singular: a joint moves no mass", rows)
 
 
-def _singular(message: str, rows: NDArray[np.bool_]) -> SingularityError:
+def _singularity_error(message: str, rows: NDArray[np.bool_]) -> SingularityError:
     return SingularityError(message, tuple(map(tuple, np.argwhere(rows).tolist())))

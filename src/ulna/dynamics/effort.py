@@ -8,7 +8,7 @@ from ulna.errors import InputError
 from ulna.kinematics.tree import Tree, entry_names
 
 Array = NDArray[np.float64]
-_FELT = 1e-11  # [Nm or N]: a smaller torque due to 1 kg is rounding
+_MIN_TORQUE = 1e-11  # [Nm or N]: a smaller torque due to 1 kg is rounding
 
 
 def as_effort_limits(torque: ArrayLike, tree: Tree) -> Array:
@@ -56,13 +56,13 @@ def _numbers_above_0(name: str, given: ArrayLike, n: int, expected: str) -> Arra
     return np.full(n, numbers)
 
 
-def largest_masses(own: Array, of_one_kilogram: Array, most: Array) -> Array:
+def max_payloads(own: Array, of_one_kilogram: Array, most: Array) -> Array:
     """The payload [kg] that each motor can bear beside the robot's own torque, in the shape of ``own``.
 
     With the torque t per kilogram, the torque of the payload m is own + m t. So |own + m t| <= most holds up to
     m = (most - sign(t) own) / |t|.
     """
-    felt = np.abs(of_one_kilogram) > _FELT
+    felt = np.abs(of_one_kilogram) > _MIN_TORQUE
     room = most - np.sign(of_one_kilogram) * own
     masses = np.divide(room, np.abs(of_one_kilogram), out=np.full(room.shape, np.inf), where=felt)
     return np.where(np.abs(own) <= most, masses, 0.0)

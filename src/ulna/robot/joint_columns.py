@@ -9,7 +9,7 @@ from ulna.robot.coordinates import coordinates_of
 from ulna.robot.robot import Robot
 
 _KINDS = {"rad": ANGLE, "m": LENGTH}
-_BESIDE = (
+_OTHER_COLUMNS = (
     r"(?:.* )?(?:time|time from start|stamp|timestamp|t|secs?|nsecs?|nanosec|seq|id|index|frame|"
     r"velocity|vel|qd|qdot|dq|acceleration|acc|qdd|qddot|ddq|jerk|effort|torque|tau|current|measured|error|temperature)(?: .*)?|"
     r"(?:qd|dq|qdd|ddq|tau)\d+"
@@ -23,7 +23,7 @@ def joint_columns(robot: Robot) -> Row:
     (q1, joint_1) stand for the entries of q in order, from 0 or from 1, unless a joint has such a name.
     """
     entries = coordinates_of(robot)
-    known = [Quantity(one.name, _KINDS.get(one.unit, NUMBER), _of_position(one.name)) for one in entries]
+    known = [Quantity(one.name, _KINDS.get(one.unit, NUMBER), _position_pattern(one.name)) for one in entries]
     ends = [re.search(r"\d+$", one.name) for one in entries]
     numbers = [int(end[0]) for end in ends if end is not None]
     words = "q|j|joint|axis" if numbers == sorted(set(numbers)) else "q"
@@ -33,7 +33,7 @@ def joint_columns(robot: Robot) -> Row:
         known.append(Quantity(f"#{k}", kind, rf"(?:{words}) ?0*{k}"))
     names, others = [one.name for one in entries], {words_of(joint.name) for joint in robot.description.joints}
 
-    def chosen(found: Found) -> Sequence[str]:
+    def choose(found: Found) -> Sequence[str]:
         if not any(one in found.at for one in (*numbered[0], *numbered[1])):
             return names
         if any(name in found.at for name in names):
@@ -43,13 +43,13 @@ def joint_columns(robot: Robot) -> Row:
             raise ValueError(f"its columns are numbered, but not from 0 or from 1 as {count_of(len(names), 'joint')}")
         return ordered
 
-    def ignored(name: str) -> bool:
-        return not name.strip() or words_of(name) in others or bool(re.fullmatch(_BESIDE, words_of(name)))
+    def is_ignored(name: str) -> bool:
+        return not name.strip() or words_of(name) in others or bool(re.fullmatch(_OTHER_COLUMNS, words_of(name)))
 
-    return Row(known, chosen, ignored)
+    return Row(known, choose, is_ignored)
 
 
-def _of_position(name: str) -> str:
+def _position_pattern(name: str) -> str:
     """A pattern for column names of a joint's position, such as /joint_states/NAME/position."""
     words = re.escape(words_of(name))
     return rf"(?:position|pos|q) {words}|(?:.* )?{words} (?:position|pos|q)"

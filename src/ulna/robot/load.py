@@ -66,7 +66,7 @@ def load(
     robot = Robot(description, home=home)
     if base is not None or tip is not None:
         part = Robot(cut_out(description, base, tip))
-        robot = Robot(part.description, home=[robot.home[column] for column in _columns(part, robot)])
+        robot = Robot(part.description, home=[robot.home[column] for column in _matching_columns(part, robot)])
     return with_meshes(robot, meshes)
 
 
@@ -83,7 +83,7 @@ def with_meshes(robot: Robot, meshes: str | None) -> Robot:
     return robot
 
 
-def _columns(part: Robot, whole: Robot) -> list[int]:
+def _matching_columns(part: Robot, whole: Robot) -> list[int]:
     """The index in the whole robot's q of each entry of the part's q."""
     slices = dict(zip(whole.joint_names, whole.joint_slices, strict=True))
     return [column for name in part.joint_names for column in range(*slices[name].indices(whole.n_dof))]

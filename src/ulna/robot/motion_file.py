@@ -43,20 +43,20 @@ def motion_of_file(robot: Robot, path: str | Path, others: ArrayLike | None = No
         raise InputError(option, f"{cited(path)}; the name of a file is expected")
     path, tree = Path(path), robot.tree
     rest = None if others is None else as_configuration(others, tree, "others")
-    read, where, what = (_of_message, "", "point") if is_message(path) else (_of_table, option, "row")
+    read, where, what = (_read_message, "", "point") if is_message(path) else (_read_table, option, "row")
     points = read(robot, path, rest, option)
     wrong = np.flatnonzero(np.diff(points.times) <= 0.0)
     if len(wrong):
-        raise _refused(f"{what} {wrong[0] + 1} is not later than the {what} before", path, where)
+        raise _content_error(f"{what} {wrong[0] + 1} is not later than the {what} before", path, where)
     if points.times[-1] - points.times[0] > _MAX_SECONDS:
         lasts = f"it lasts {points.times[-1] - points.times[0]:g} s; up to {_MAX_SECONDS} s are read: are these milliseconds?"
-        raise _refused(lasts, path, where)
+        raise _content_error(lasts, path, where)
     refuse_out_of_range(points.q, option)
     _look_for_degrees(robot, points.q, option)
     return _motion(robot, points)
 
 
-def _refused(message: str, path: Path, option: str) -> Exception:
+def _content_error(message: str, path: Path, option: str) -> Exception:
     """The error for invalid content of a file; an ``InputError`` with an option's name, else a ``DescriptionError``."""
     if option:
         return InputError(option, f"{path.name}: {message}")
@@ -89,7 +89,7 @@ def _look_for_degrees(robot: Robot, q: Array, option: str) -> None:
         warn_of_unit(option, f"{entry_names(tree)[column]} is at {np.abs(q[:, column]).max():g}{hint}")
 
 
-def _of_message(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:
+def _read_message(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:
     """The points of a message, with all entries of q in order."""
     del option  # the errors have the path
     points, names = read_joint_points(path), entry_names(robot.tree)
@@ -104,10 +104,10 @@ def _of_message(robot: Robot, path: Path, rest: Array | None, option: str) -> Jo
     if strange:
         message = f"{path}: {listed(strange)}: the robot has no such joints; they are ignored"
         warnings.warn(message, DescriptionWarning, stacklevel=5)
-    return _with_rest(names, [name for name in names if name in at], points, rest)
+    return _fill_other_joints(names, [name for name in names if name in at], points, rest)
 
 
-def _with_rest(names: Sequence[str], read: Sequence[str], points: JointPoints, rest: Array | None) -> JointPoints:
+def _fill_other_joints(names: Sequence[str], read: Sequence[str], points: JointPoints, rest: Array | None) -> JointPoints:
     """Extend points of some entries of q, in any order, to all entries; the others stay at ``rest``."""
     n, columns = len(points.times), [points.names.index(name) for name in read]
     whole = [
@@ -122,10 +122,10 @@ def _with_rest(names: Sequence[str], read: Sequence[str], points: JointPoints, r
     return JointPoints(tuple(names), points.times, *whole)
 
 
-def _of_table(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:
+def _read_table(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:
     """The points of a table, by column names, or in the order time, q, velocities, accelerations."""
     names, n, read = entry_names(robot.tree), robot.n_dof, []
-    rows = read_numbers(option, path, _columns(robot, read, partly=rest is not None))
+    rows = read_numbers(option, path, _motion_columns(robot, read, partly=rest is not None))
     k = len(read) or n
     if rows.ndim != 2 or rows.shape[1] not in {1 + k, 1 + 2 * k, 1 + 3 * k} or not len(rows):
         expected = f"rows of a time and {n} joint positions, velocities and accelerations are expected"
@@ -134,22 +134,22 @@ def _of_table(robot: Robot, path: Path, rest: Array | None, option: str) -> Join
     parts = [rows[:, 1 + i * k : 1 + (i + 1) * k] for i in range((rows.shape[1] - 1) // k)]
     parts += [np.full((len(rows), k), np.nan)] * (3 - len(parts))
     read = read or list(names)
-    return _with_rest(names, read, JointPoints(tuple(read), rows[:, 0], *parts), rest)
+    return _fill_other_joints(names, read, JointPoints(tuple(read), rows[:, 0], *parts), rest)
 
 
-def _columns(robot: Robot, read: list[str], *, partly: bool) -> Row:
+def _motion_columns(robot: Robot, read: list[str], *, partly: bool) -> Row:
     """The columns of a motion. Reading fills the list ``read`` with the entries of q that have columns.
 
     partly: whether joints may be missing.
     """
     joints, names = joint_columns(robot), entry_names(robot.tree)
     rates = [
-        Quantity(f"{order} of {one.name}", rate_kind(one.kind, k), _of_rate(one.name, words))
+        Quantity(f"{order} of {one.name}", rate_kind(one.kind, k), _rate_pattern(one.name, words))
         for k, (order, words) in enumerate(_ORDERS.items(), start=1)
         for one in joints.known
     ]
 
-    def chosen(found: Found) -> Sequence[str]:
+    def choose(found: Found) -> Sequence[str]:
         some = partly and any(name in found.at for name in names)
         positions = [name for name in names if name in found.at] if some else joints.chosen(found)
         read[:] = positions if some else names
@@ -164,10 +164,10 @@ def _columns(robot: Robot, read: list[str], *, partly: bool) -> Row:
             wanted += of
         return wanted
 
-    return Row((*joints.known, *rates, TIMES), chosen, joints.ignored)
+    return Row((*joints.known, *rates, TIMES), choose, joints.ignored)
 
 
-def _of_rate(name: str, words: str) -> str:
+def _rate_pattern(name: str, words: str) -> str:
     """A pattern for column names of a joint's velocity or acceleration, by the joint's name or number."""
     if name.startswith("#"):
         return rf"(?:{words}) ?(?:joint )?0*{name[1:]}"

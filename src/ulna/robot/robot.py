@@ -36,7 +36,7 @@ from ulna.description.urdf_writer import write_urdf
 from ulna.dh.from_chain import dh_table
 from ulna.dh.from_table import description_from_dh, description_of_table
 from ulna.dh.table import PARALLEL, DHTable
-from ulna.dynamics.bodies import described_with
+from ulna.dynamics.bodies import replace_inertias
 from ulna.dynamics.dynamics import FREE_FALL, Dynamics, as_gravity
 from ulna.errors import InputError, refuse_unknown
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of
@@ -116,7 +116,7 @@ class Robot(Forces):
     ) -> None:
         wide = build_tree(description)
         tree = wide if _narrowed is None else narrowed_tree(wide, _narrowed)
-        start = np.clip(np.zeros(tree.n_dof) if home is None else _one_configuration(tree, home), tree.lower, tree.upper)
+        start = np.clip(np.zeros(tree.n_dof) if home is None else _check_home(tree, home), tree.lower, tree.upper)
         start.setflags(write=False)
         carried = tuple(attached)
         checker = Checker(description, tree, carried, allowed, _found or SampledPairs(description, wide))
@@ -1478,7 +1478,7 @@ class Robot(Forces):
             >>> arm.gravity_torque([0.0, 0.0], gravity=(0, -10, 0)).round(6)
             array([14.,  4.])
         """
-        return self._changed(description=described_with(self.description, inertias))
+        return self._changed(description=replace_inertias(self.description, inertias))
 
     def with_limits(
         self,
@@ -1720,7 +1720,7 @@ class Robot(Forces):
 put_other_names(Robot)
 
 
-def _one_configuration(tree: Tree, home: ArrayLike) -> Array:
+def _check_home(tree: Tree, home: ArrayLike) -> Array:
     q = as_floats("home", home)
     if q.shape != (tree.n_dof,) or not np.isfinite(q).all():
         raise InputError("home", f"shape {q.shape}; {tree.n_dof} finite numbers are expected, one for each entry of q")
