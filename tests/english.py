@@ -113,7 +113,7 @@ def pieces_of(file: Path) -> Iterator[Piece]:
 
 def sentences_of(paragraph: str) -> list[str]:
     """The sentences of a paragraph: a colon and a semicolon end one too, and what is in parentheses is one of its own."""
-    text = re.sub(r"\$[^$]*\$", "X", paragraph)
+    text = re.sub(r"\$\$.*?\$\$|\$[^$]*\$|“[^”]*”|\"[^\"]*\"", "X", paragraph)  # formulas, and words of others
     inner = re.findall(r"\(([^()]*)\)", text)
     text = re.sub(r"\s*\([^()]*\)", "", text)
     return [part for whole in (text, *inner) for part in re.split(r"(?<=[.:;!?])\s+", whole) if part.strip()]
