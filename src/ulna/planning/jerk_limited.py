@@ -217,7 +217,7 @@ class JerkLimited:
 
     @property
     def deviation_bound(self) -> float:
-        """An upper bound of the deviation from the base's path in an entry of q [rad or m]; 0 on lines."""
+        """An upper bound of the deviation from the base's path in q [rad or m]; 0 on lines."""
         return max((average_deviation(span.acceleration, self.window) for span in self._spans), default=0.0)
 
     @property

@@ -1,4 +1,4 @@
-"""Defines the settings of a search for a path, and names what it counts, how it ends, and what it has found."""
+"""Defines the settings, state, trees and path of a search, and the codes with which it ends."""
 
 from functools import lru_cache
 from typing import Annotated, NamedTuple
@@ -12,61 +12,64 @@ from ulna.kernels.planning.constraint_records import Entry
 
 RRT_CONNECT, AORRTC = 0, 1  # numbers of the algorithms
 WITH_COSTS = (AORRTC,)  # the algorithms whose nodes have costs, and whose samples have one number more
-# How a call ends: solved; paused at its number of checks; no room for more nodes; no sample left; an edge that is not free; no
-# room for the path.
+# Codes of a call: solved; paused at its number of checks; no room for nodes; no sample left; an edge is not free; no room for the
+# path.
 SOLVED, PAUSED, FULL, NO_SAMPLE, NOT_FREE, NO_ROOM = 0, 1, 2, 3, 4, 5
-# How a step towards a configuration ends: not free; at another configuration, which keeps the constraints; there.
+# Codes of a step towards a configuration: not free; ended at another configuration on the constraints; reached.
 STOPPED, BESIDE, REACHED = 0, 1, 2
-MAX_REFUSED = 32  # of the edges that were not free, so many are kept
-SKIPPED_PER_CHECK = 64  # samples that were skipped count as one checked edge: they take about as long
-# After so many skipped samples the next is tried wherever it is: where a tree is hemmed in and joints are many, hardly any sample
-# lies within the domains of its few nodes.
+MAX_REFUSED = 32  # number of refused edges that are recorded
+SKIPPED_PER_CHECK = 64  # skipped samples that count as one checked edge, since they take about as long
+# Maximum skipped samples in a row. In a narrow space with many joints, hardly any sample lies within the domains of a few nodes.
 MAX_SKIPPED = 16
-# So many failed edges halve the steps of a tree towards samples, so often; a free edge makes them long again.
+# Failed edges that halve a tree's steps towards samples, and the maximum number of halvings; a free edge resets them.
 FAILURES_PER_HALF, MAX_HALVES = 128, 3
 SHORTEN, CONFIRM = 0, 5  # the first pass of shortening, and the last, which confirms every edge
-SPARE_POINTS = 128  # besides twice the points of a path: room to shorten it
-_RANGE = 1.0  # the longest edge of a tree [rad], for up to _FEW joints
-_FEW = 8  # of more joints most samples are far from every node, and fewer long edges are free: no domains, and shorter edges
+SPARE_POINTS = 128  # room to shorten a path, in addition to twice its points
+_RANGE = 1.0  # [rad]: maximum length of a tree's edge, for up to _FEW joints
+_FEW = 8  # with more joints, samples are far from nodes and long edges seldom free: no domains, and shorter edges
 _RESOLUTION = 1e-4  # [m]
-_SAMPLES_APART = 1 / 32  # [rad]: of an edge that is not certified
-_DOMAIN, _MIN_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # times _RANGE, for up to seven joints; and the rate
-_MAX_STEPS = 4094  # of one iteration
+_SAMPLES_APART = 1 / 32  # [rad]: spacing of samples of an edge that is not certified
+_DOMAIN, _MIN_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # dynamic domain: radius and minimum in _RANGE, for up to seven joints; rate
+_MAX_STEPS = 4094  # maximum steps of one iteration
 
 
 class SearchSettings(Record):
-    """Settings of a search, which are only read."""
+    """The read-only settings of a search."""
 
     range: float
-    """The longest edge of a tree, in the metric of the space."""
+    """Maximum length of a tree's edge, in the metric of the space."""
     resolution: float
     """Resolution of a certificate [m]."""
     margin: float
-    """Smallest distance that is allowed to an object of the world [m]."""
+    """Minimum distance from an object of the world [m]."""
     sample_spacing: float
-    """0: edges are certified; else the spacing of the samples of an edge, in the metric."""
+    """The spacing of the samples of an edge, in the metric; 0 if edges are certified."""
     domain: float
-    """The radius of a node that could not be extended; ``min_domain``: its least value, ``adaptation``: its rate of change."""
+    """The radius of the domain of a node that could not be extended."""
     min_domain: float
+    """The minimum radius of a domain."""
     adaptation: float
+    """The rate of change of a radius."""
     bound: float
-    """Upper bound of the cost: a path is found only if it costs less."""
+    """Upper bound of the cost of a path."""
     stride: float
-    """Along constraints a step is made of strides: how long one may be, and ``max_strides``: how many there may be."""
+    """Along constraints a step consists of strides: the maximum length of a stride."""
     max_strides: int
+    """The maximum number of strides per step."""
     max_steps: int
-    """Largest number of steps towards a node in one iteration; ``max_nodes``: of nodes that it adds."""
+    """The maximum number of steps towards a node in one iteration."""
     max_nodes: int
+    """The maximum number of nodes that one iteration adds."""
 
 
 @lru_cache(maxsize=64)
 def search_settings(n_moving: int, diameter: float, margin: float, step: float, *, certify: bool) -> Records[SearchSettings]:
-    """Settings of a search, shape (1,), which are only read. step: the longest stride along constraints; infinite without any."""
+    """The settings of a search, shape (1,), read-only. step: maximum stride along constraints; infinite without any."""
     records = SearchSettings.records()
     settings, longest = records[0], _RANGE * min(1.0, _FEW / max(1, n_moving))
     settings.range, settings.resolution, settings.margin = longest, _RESOLUTION, margin
     settings.sample_spacing = 0.0 if certify else _SAMPLES_APART
-    wide = _RANGE * np.sqrt(max(1.0, n_moving / 7))  # as the distances of samples grow
+    wide = _RANGE * np.sqrt(max(1.0, n_moving / 7))  # grows like the distances between samples
     settings.domain = _DOMAIN * wide if n_moving <= _FEW else np.inf
     settings.min_domain, settings.adaptation = _MIN_DOMAIN * wide, _ADAPTATION
     settings.stride, settings.max_strides = min(longest, step), int(np.ceil(2.0 * longest / min(longest, step)))
@@ -77,100 +80,111 @@ def search_settings(n_moving: int, diameter: float, margin: float, step: float, 
 
 
 class SearchState(Record):
-    """State of a search. It may be paused at any checked edge and go on in another call."""
+    """The state of a search, which may pause at any checked edge and continue in another call."""
 
     checks: int
-    """Number of edges checked; ``until``: number at which this call pauses, ``max_checks``: budget of the search."""
+    """The number of checked edges."""
     until: int
+    """The number of checked edges at which this call pauses."""
     max_checks: int
+    """The budget of the search in checked edges."""
     iterations: int
-    """Number of samples towards which a node stepped."""
+    """The number of samples towards which a tree was extended."""
     nodes: Annotated[NDArray[np.int64], 2]
-    """Number of nodes of each tree: tree 0 grows from the start, tree 1 from the goals."""
+    """The number of nodes of each tree: tree 0 grows from the start, tree 1 from the goals."""
     failures: Annotated[NDArray[np.int64], 2]
-    """For each tree, the number of edges towards samples that were not free since the last free one."""
+    """For each tree, the number of refused edges towards samples since the last free edge."""
     goal_roots: int
-    """Number of goals, which are the first nodes of tree 1."""
+    """The number of goals, which are the first nodes of tree 1."""
     sample: int
-    """Index of the next sample; ``first_sample``: index of the first row of ``samples``."""
+    """The index of the next sample."""
     first_sample: int
+    """The index of the first row of ``samples``."""
     skipped: int
-    """Number of samples skipped; ``skipped_in_a_row``: number since the last one that was used."""
+    """The number of skipped samples."""
     skipped_in_a_row: int
+    """The number of skipped samples since the last used one."""
     refused: int
-    """Number of edges that were not free."""
+    """The number of refused edges."""
     direct: int
-    """The next node of tree 1 to which the straight edge from the start is tried."""
+    """The next node of tree 1 for the straight edge from the start."""
     active: int
     """The tree that grew last."""
     algorithm: int
-    """Number of the algorithm, such as ``RRT_CONNECT``."""
+    """The number of the algorithm, such as ``RRT_CONNECT``."""
     joined: bool
-    """Whether the trees are joined: at ``joined_start`` of tree 0 and ``joined_goal`` of tree 1."""
+    """Whether the trees are joined."""
     joined_start: int
+    """The node of tree 0 at which they are joined."""
     joined_goal: int
+    """The node of tree 1 at which they are joined."""
     goal: int
-    """The root of tree 1 that the path leads to; -1 before there is one."""
+    """The root of tree 1 that the path leads to; -1 without a path."""
 
 
 class ShorteningState(Record):
-    """State of the shortening of a path. The last pass confirms every edge."""
+    """The state of the shortening of a path, whose last pass confirms every edge."""
 
     checks: int
-    """Number of edges checked; ``until``: number at which this call pauses."""
+    """The number of checked edges."""
     until: int
+    """The number of checked edges at which this call pauses."""
     points: int
-    """Number of waypoints in use; ``capacity``: largest number."""
+    """The number of waypoints in use."""
     capacity: int
+    """The maximum number of waypoints."""
     stage: int
     """The pass."""
     at: int
-    """Position in the pass: a waypoint, or the number of an attempt."""
+    """The position in the pass: a waypoint, or the number of an attempt."""
     target: int
     """Pass 1: the waypoint that is tried next; 0 for the last."""
     failures: int
-    """Pass 2: number of short cuts along constraints that failed in a row."""
+    """Pass 2: the number of shortcuts along constraints that failed in a row."""
     halvings: int
-    """Pass 3: number of times that the cut of a corner was halved."""
+    """Pass 3: the number of halvings of a corner's cut."""
 
 
-# An entry takes each of these whole.
+# Entries take each of the following as one argument.
 class SearchTables(NamedTuple):
-    """A search, without its trees."""
+    """The arguments of a search, without its trees."""
 
     settings: Records[SearchSettings]
-    """Shape (1,)."""
+    """The settings, shape (1,)."""
     space: Records[Entry]
-    """Where samples are taken from, and how lengths are measured, shape (n_dof,)."""
+    """The range of samples and the metric, shape (n_dof,)."""
     samples: NDArray
-    """Numbers in [0, 1), the first row that of number ``first_sample``, shape (n, n_dof or more)."""
+    """Random numbers in [0, 1), from sample ``first_sample``, shape (n, n_dof or more)."""
     state: Records[SearchState]
-    """Shape (1,)."""
+    """The state, shape (1,)."""
 
 
 class Trees(NamedTuple):
-    """The two trees of a search: tree 0 from the start, tree 1 from the goals. Room for ``capacity`` nodes, a multiple of 8."""
+    """The two trees of a search, with room for ``capacity`` nodes each, a multiple of 8.
+
+    Tree 0 grows from the start, tree 1 from the goals.
+    """
 
     rows: NDArray
-    """The nodes (``space``), shape (2, capacity / 8 * n_dof, 8)."""
+    """The nodes in rows (``kernels.planning.space``), shape (2, capacity / 8 * n_dof, 8)."""
     parents: NDArray
-    """Parent of each node, -1 for a root, shape (2, capacity)."""
+    """The parent of each node, -1 for a root, shape (2, capacity)."""
     radii: NDArray
-    """Radius of each node's domain, shape (2, capacity)."""
+    """The radius of each node's domain, shape (2, capacity)."""
     costs: NDArray
-    """The cost to reach each node, infinite in unused places, shape (2, capacity / 8, 8); (2, 0, 8) where nodes have no costs."""
+    """The cost of each node, infinite in unused places, shape (2, capacity / 8, 8); (2, 0, 8) for algorithms without costs."""
     refused: NDArray
-    """The last edges that were not free, in a ring, shape (MAX_REFUSED, 2, n_dof)."""
+    """The last refused edges, as a ring buffer, shape (MAX_REFUSED, 2, n_dof)."""
 
 
 class Path(NamedTuple):
-    """A path that was found, with room to shorten it."""
+    """A path with room to shorten it."""
 
     waypoints: NDArray
-    """Shape (capacity, n_dof)."""
+    """The waypoints, shape (capacity, n_dof)."""
     known: NDArray
-    """1 where the edge from a waypoint was found free as it is, else 0, shape (capacity,)."""
+    """1 if the edge from a waypoint is known to be free, else 0, shape (capacity,)."""
     spreads: NDArray
-    """Width beside each edge that must be free too, one number a joint, shape (n - 1, n_dof), or (0, n_dof)."""
+    """The distance from each edge in each joint that must be free too, shape (n - 1, n_dof), or (0, n_dof)."""
     state: Records[ShorteningState]
-    """Shape (1,)."""
+    """The state of its shortening, shape (1,)."""

@@ -1,4 +1,4 @@
-"""Entries of dynamics: what Python calls (``engine.entries``)."""
+"""Entries of dynamics (``engine.entries``), which Python calls."""
 
 from typing import TYPE_CHECKING
 

@@ -15,9 +15,9 @@ from ulna.kinematics.entries.batch import gather, scatter_rows
 
 @entry((MECHANISM, MATRIX, MATRICES))
 def mass_batch(mechanism, q, out):
-    """Write the mass matrix to out, shape (n, n_dof, n_dof), for q of shape (n, n_dof), eight rows at a time.
+    """Write the mass matrices for q, shape (n, n_dof), to out, shape (n, n_dof, n_dof).
 
-    False if q is out of range.
+    It processes eight rows at a time. False if q is out of range.
     """
     joints, n_dof = mechanism.joints, q.shape[1]
     q_rows, turn_rows, mass_rows = zero_rows(n_dof), zero_rows(2 * joints.shape[0]), zero_rows(n_dof * n_dof)
@@ -36,7 +36,7 @@ def mass_batch(mechanism, q, out):
 def forward_batch(mechanism, gravity, q, qd, torque, out):
     """Write the accelerations to out, all of shape (n, n_dof), eight rows at a time.
 
-    False if q is out of range, or a rate or a torque is not finite. A row whose mass matrix is singular is NaN.
+    False if q is out of range, or a rate or a torque is not finite. A row with a singular mass matrix becomes NaN.
     """
     joints, n_dof = mechanism.joints, q.shape[1]
     q_rows, turn_rows, torque_rows = zero_rows(n_dof), zero_rows(2 * joints.shape[0]), zero_rows(n_dof)
@@ -63,10 +63,10 @@ def forward_batch(mechanism, gravity, q, qd, torque, out):
 
 @entry((MECHANISM, MATRIX, MATRIX, MATRICES))
 def moment_batch(mechanism, q, moments, columns):
-    """Write the mass [kg] and the moment [kg m] of all moving bodies to moments, shape (n, 4), for q of shape (n, n_dof).
+    """Write the total mass and first moment of all moving bodies for q, shape (n, n_dof).
 
-    And by how much that moment moves for a unit rate of each entry of q to columns, shape (n, n_dof, 3). False if q is out of
-    range.
+    moments: mass [kg] and moment [kg m], shape (n, 4). columns: the moment's derivative with respect to each entry of q, shape
+    (n, n_dof, 3). False if q is out of range.
     """
     joints, n_dof = mechanism.joints, q.shape[1]
     q_rows, turn_rows = zero_rows(n_dof), zero_rows(2 * joints.shape[0])

@@ -1,4 +1,4 @@
-"""Makes the arrays in which the entries of dynamics work."""
+"""Allocates the workspaces of the entries of dynamics."""
 
 from ulna.engine.decorators import workspace
 from ulna.engine.lanes import empty_rows
@@ -12,25 +12,25 @@ FORCE_ROWS = Group((NUMBERS, NUMBERS, NUMBERS), of=ForceRows)
 
 @workspace
 def force_rows(n):
-    """``ForceRows`` of n joints."""
+    """Allocate ``ForceRows`` for n joints."""
     return ForceRows(empty_rows(MOTION_WIDTH * (n + 1)), empty_rows(12 * n), empty_rows(6 * n))
 
 
 @workspace
 def fall_rows(n):
-    """``FallRows`` of n joints."""
+    """Allocate ``FallRows`` for n joints."""
     return FallRows(empty_rows(12 * n), empty_rows(3 * (n + 1)), empty_rows(3 * n), empty_rows(n))
 
 
 @workspace
 def body_rows(n):
-    """``BodyRows`` of n joints."""
+    """Allocate ``BodyRows`` for n joints."""
     return BodyRows(empty_rows(12 * n), empty_rows(6 * n), empty_rows(INERTIA_WIDTH * n))
 
 
 @workspace
 def rate_rows(n):
-    """``RateRows`` of n joints."""
+    """Allocate ``RateRows`` for n joints."""
     size = 6 * n
     return RateRows(
         empty_rows(size),

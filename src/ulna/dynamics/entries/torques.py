@@ -1,4 +1,4 @@
-"""Runs inverse dynamics, its derivatives and the torques of gravity over a batch."""
+"""Runs inverse dynamics, its derivatives and gravity torques over a batch."""
 
 from ulna.dynamics.entries.rows import FORCE_ROWS, MECHANISM, body_rows, fall_rows, force_rows, rate_rows
 from ulna.engine.decorators import entry, kernel, low_latency_entry
@@ -15,7 +15,10 @@ from ulna.kinematics.entries.batch import gather, scatter_rows
 
 @kernel
 def read_motion(joints, motion, start, q_rows, state):
-    """Read eight rows of q and its rates into a state, from one on. False if q is out of range, or a rate is not finite."""
+    """Read eight rows of a motion, from row ``start``, into a state. False if a number is not valid.
+
+    q must be in range, and its rates finite.
+    """
     gather(motion[0], start, q_rows)
     gather(motion[1], start, state.rates)
     gather(motion[2], start, state.accelerations)
@@ -27,8 +30,8 @@ def read_motion(joints, motion, start, q_rows, state):
 def inverse_one(mechanism, gravity, rows, turn_rows, q, qd, qdd, out):
     """Write the torques of one motion to out, all of shape (n_dof,).
 
-    False, and nothing is written, if q is out of range, a rate is not finite, or one of them has another length. It keeps the
-    interpreter's lock, so ``rows`` and ``turn_rows`` may be the same at every call.
+    It returns False and writes nothing if q is out of range, a rate is not finite, or an array has another length. It holds the
+    GIL, so all calls may share ``rows`` and ``turn_rows``.
     """
     n_dof = out.shape[0]
     if q.shape[0] != n_dof or qd.shape[0] != n_dof or qdd.shape[0] != n_dof:
@@ -42,7 +45,7 @@ def inverse_one(mechanism, gravity, rows, turn_rows, q, qd, qdd, out):
 
 @entry((MECHANISM, CONSTANTS, MATRIX, MATRIX, MATRIX, MATRIX))
 def inverse_batch(mechanism, gravity, q, qd, qdd, out):
-    """Write the torques to out, for q and its rates of shape (n, n_dof), eight rows at a time.
+    """Write the torques of motions to out, all of shape (n, n_dof), eight rows at a time.
 
     False if q is out of range, or a rate is not finite.
     """
@@ -60,7 +63,7 @@ def inverse_batch(mechanism, gravity, q, qd, qdd, out):
 
 @entry((MECHANISM, CONSTANTS, MATRIX, MATRIX))
 def gravity_batch(mechanism, gravity, q, out):
-    """Write the torques that hold the robot still to out, for q of shape (n, n_dof), eight rows at a time.
+    """Write the gravity torques for q to out, both of shape (n, n_dof), eight rows at a time.
 
     False if q is out of range.
     """
@@ -79,9 +82,9 @@ def gravity_batch(mechanism, gravity, q, out):
 
 @entry((MECHANISM, CONSTANTS, MATRIX, MATRIX, MATRIX, MATRICES, MATRICES))
 def derivatives_batch(mechanism, gravity, q, qd, qdd, by_q, by_rate):
-    """Write the derivatives of the torques by q and by its rates, shape (n, n_dof, n_dof) each, entry (r, c) of torque r.
+    """Write the derivatives of the torques with respect to q and qd, shape (n, n_dof, n_dof) each.
 
-    False if q is out of range, or a rate is not finite.
+    Entry (r, c) is the derivative of torque r. False if q is out of range, or a rate is not finite.
     """
     joints, n_dof = mechanism.joints, q.shape[1]
     q_rows, state = zero_rows(n_dof), State(zero_rows(2 * joints.shape[0]), zero_rows(n_dof), zero_rows(n_dof))

@@ -1,9 +1,10 @@
-"""Solves a system whose matrix is symmetric and positive definite, by its Cholesky factor.
+"""Solves a system with a symmetric positive definite matrix by its Cholesky factor.
 
-For any number of unknowns. That of six (``kernels.ik.damped_system``) is a text of its own: with the number as an argument, the
-search on a GPU spills a third more.
+It works for any number of unknowns. The solver for six unknowns (``kernels.ik.damped_system``) is separate: with the number as
+an argument, the search on a GPU would spill a third more registers.
 
-The rows of a system of n unknowns have the lower triangle of the matrix, entry (r, c) at r (r + 1) / 2 + c, and then n numbers.
+The rows of a system of n unknowns have the lower triangle of the matrix; entry (r, c) is row r (r + 1) / 2 + c. The n numbers of
+the right-hand side follow.
 """
 
 from ulna.engine.decorators import kernel
@@ -12,7 +13,7 @@ from ulna.engine.lanes import load, sqrt, store
 
 @kernel
 def factorize(system_rows, n):
-    """The Cholesky factor L of the lower triangle, in its place, with the reciprocals of the diagonal on the diagonal."""
+    """Replace the lower triangle by its Cholesky factor L, with the diagonal inverted."""
     for r in range(n):
         for c in range(r + 1):
             total = load(system_rows, r * (r + 1) // 2 + c)
@@ -26,7 +27,7 @@ def factorize(system_rows, n):
 
 @kernel
 def substitute(system_rows, n):
-    """Solve L z = e, then L' y = z, in the place of the n numbers e behind the factor."""
+    """Solve L z = e, then L' y = z, in place of the n numbers e after the factor."""
     first = n * (n + 1) // 2
     for r in range(n):
         total = load(system_rows, first + r)

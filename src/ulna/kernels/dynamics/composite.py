@@ -1,4 +1,4 @@
-"""Computes the mass matrix by composite rigid bodies, and the center of mass, all in the frame of the base.
+"""Computes the mass matrix by the composite rigid body algorithm, and the center of mass, in the base frame.
 
 Source: Walker and Orin, Efficient dynamic computer simulation of robotic mechanisms (J. Dynamic Systems, Measurement and
 Control 1982); Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.2.
@@ -37,7 +37,7 @@ def pose_bodies(mechanism, turn_rows, rows):
 
 @kernel
 def pose_joint(joints, i, turn_rows, pose_rows):
-    """Write the pose of joint i in the base to its place, and return it. Those of its parents are there."""
+    """Write and return the pose of joint i in the base; the poses of its ancestors are already written."""
     pose, parent = turned_joint_pose(joints, i, turn_rows), int(joints[i, PARENT])
     if parent >= 0:
         pose = compose(load_pose(pose_rows, parent), pose)
@@ -47,7 +47,7 @@ def pose_joint(joints, i, turn_rows, pose_rows):
 
 @kernel
 def gather_inertias(joints, inertia_rows):
-    """Add to the inertia of each joint's body those of all bodies behind it."""
+    """Add the inertias of all descendant bodies to the inertia of each joint's body."""
     for k in range(joints.shape[0] - 1):
         i = joints.shape[0] - 1 - k
         parent = int(joints[i, PARENT])
@@ -57,11 +57,11 @@ def gather_inertias(joints, inertia_rows):
 
 @kernel
 def mass_matrix(mechanism, turn_rows, n_dof, rows, mass_rows):
-    """Write the mass matrix M, entry (r, c) to row n_dof * r + c of ``mass_rows``, which has n_dof^2 rows.
+    """Write the mass matrix M, with entry (r, c) in row n_dof * r + c of ``mass_rows``.
 
-    1. The inertia of all bodies behind each joint, in the frame of the base.
-    2. The momentum of joint i's bodies for a unit rate of its entry of q. Each joint j between it and the base has with it the
-       entry S_j . (I_i S_i), where S is a twist. Joints of one entry of q, such as mimics, add up.
+    1. Compute the composite inertia of each joint's subtree, in the frame of the base.
+    2. Compute the momentum of joint i's subtree for a unit rate of its entry of q. Each joint j between it and the base adds
+       S_j . (I_i S_i) to the matrix, where S is a twist. Joints of one entry of q, such as mimic joints, add up.
     """
     joints = mechanism.joints
     pose_bodies(mechanism, turn_rows, rows)
@@ -87,15 +87,16 @@ def add_to(rows, k, x):
 
 @kernel
 def moment_columns(mechanism, turn_rows, rows, columns):
-    """Write by how much the moment (mass times center of mass) of all moving bodies moves for a unit rate of each entry of q.
+    """Write the derivative of the first moment (mass times center of mass) of all moving bodies with respect to q.
 
-    1. The mass and the moment of all bodies behind each joint, in the frame of the base.
-    2. A joint that slides moves their mass along z. One that turns moves their moment about its origin: z x (h - m p).
+    1. Compute the mass m and the moment h of each joint's subtree, in the frame of the base.
+    2. A prismatic joint moves the mass along its axis z: m z. A revolute joint turns the moment about its origin p:
+       z x (h - m p).
 
     Args:
         mechanism: The robot.
-        turn_rows: What ``joint_turns`` wrote.
-        rows: ``BodyRows``; an inertia has the mass and the moment only.
+        turn_rows: The output of ``joint_turns``.
+        rows: ``BodyRows``; only masses and moments of the inertias are used.
         columns: Three rows for each entry of q.
 
     Returns:

@@ -1,7 +1,7 @@
-"""Computes the derivatives of the torques by q and by its rates.
+"""Computes the derivatives of the torques with respect to q and its rates.
 
-Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018); in the closed form of
-Singh, Russo and Wensing, Efficient analytical derivatives of rigid-body dynamics using spatial vector algebra (IEEE RA-L 2022).
+Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018). The closed form is by Singh,
+Russo and Wensing, Efficient analytical derivatives of rigid-body dynamics using spatial vector algebra (IEEE RA-L 2022).
 """
 
 from ulna.engine.decorators import kernel
@@ -27,24 +27,25 @@ from ulna.kernels.spatial.vectors import cross, dot, minus, plus, scaled
 
 @kernel
 def torque_derivatives(mechanism, gravity, state, n_dof, work, derivative_rows):
-    """Write the derivatives of the torques by q and by its rates: entry (r, c) of each to row n_dof * r + c.
+    """Write the derivatives of the torques with respect to q and its rates.
 
-    With S the twist of a joint, v and a the motion and the acceleration of its body, and of its parent p:
+    Entry (r, c) is written to row n_dof * r + c. Let S be the twist of a joint, v and a the motion and the acceleration of its
+    body, and p its parent.
 
-    1. The rate of a twist, S' = v_p x S, and as the parent moves S'' = a_p x S + v_p x S'.
-    2. Of each body the inertia I, the momentum I v, the wrench f = I a + v x* I v, and the Coriolis matrix B (``coriolis_of``).
-       Each adds up over all bodies that a joint carries.
+    1. The rate of a twist is S' = v_p x S; its second rate is S'' = a_p x S + v_p x S'.
+    2. For each body compute the inertia I, the momentum I v, and the wrench f = I a + v x* I v. Also compute the Coriolis
+       matrix B (``coriolis_of``). Each is summed over the subtree of a joint.
     3. For joint i, and j between it and the base or i itself:
        d tau_j / d q_i = S_j . (2 B_i S'_i + I_i S''_i + S_i x* f_i)    d tau_j / d q'_i = S_j . (2 B_i S_i + 2 I_i S'_i)
        d tau_i / d q_j = S_i . (2 B_i S'_j + I_i S''_j)                 d tau_i / d q'_j = S_i . (2 B_i S_j + 2 I_i S'_j)
 
     Args:
         mechanism: The robot.
-        gravity: The acceleration of free fall [m/s^2] in the axes of the base: three plain numbers.
+        gravity: The gravitational acceleration [m/s^2] in the axes of the base: three plain numbers.
         state: ``State``.
         n_dof: The number of entries of q.
         work: ``BodyRows`` and ``RateRows``.
-        derivative_rows: n_dof^2 rows for the derivatives by q, and as many for those by its rates.
+        derivative_rows: n_dof^2 rows for the derivatives with respect to q, and n_dof^2 rows for its rates.
     """
     joints, (bodies, rates) = mechanism.joints, work
     pose_bodies(mechanism, state.turns, bodies)
@@ -66,7 +67,7 @@ def torque_derivatives(mechanism, gravity, state, n_dof, work, derivative_rows):
 
 @kernel
 def move_body(joints, gravity, i, state, work):
-    """Steps 1 and 2 of one joint."""
+    """Perform steps 1 and 2 for one joint."""
     bodies, rates = work
     twist, parent = load_pair(bodies.twists, i), int(joints[i, PARENT])
     zero = splat(0.0, twist[0][0])
@@ -96,8 +97,9 @@ def move_body(joints, gravity, i, state, work):
 def coriolis_of(inertia, v):
     """The symmetric part C of the Coriolis matrix of a body: xx, xy, xz, yy, yz, zz.
 
-    Twice the matrix is v x* I - I v x + (I v) x*, the last by its other factor. With the momentum (p, L), the moment h and the
-    tensor T, its blocks are 0 and -2 [p] above, 0 and C - [L] below, with C = [w] T + ([w] T)' - h v' - v h' + 2 (v . h) 1.
+    Twice the Coriolis matrix is v x* I - I v x + (I v) x*; the last term is an operator on its other factor. Let (p, L) be the
+    momentum, h the moment and T the tensor. The upper blocks are 0 and -2 [p], the lower blocks 0 and C - [L]. Here
+    C = [w] T + ([w] T)' - h v' - v h' + 2 (v . h) 1.
     """
     _, h, t = inertia
     u, w = v
@@ -111,7 +113,7 @@ def coriolis_of(inertia, v):
 
 @kernel
 def write_pairs(joints, i, n_dof, work, derivative_rows):
-    """Step 3 of one joint."""
+    """Perform step 3 for one joint."""
     bodies, rates = work
     by_q, by_rate = derivative_rows
     column = int(joints[i, COLUMN])
@@ -124,7 +126,7 @@ def write_pairs(joints, i, n_dof, work, derivative_rows):
     of_rate = momentum(inertia, twist_rate[0], twist_rate[1])
     by_own_rate = pair_plus(pair_scaled(of_rate, 2.0), coriolis_times(p, angular, c, twist))
     carried = momentum(inertia, twist[0], twist[1])
-    turning = plus(scaled(cross(p, twist[0]), 2.0), plus(symmetric_times(c, twist[1]), cross(angular, twist[1])))  # of 2 B' S
+    turning = plus(scaled(cross(p, twist[0]), 2.0), plus(symmetric_times(c, twist[1]), cross(angular, twist[1])))  # 2 B' S
     add_to(by_q, n_dof * column + column, pair_dot(twist, by_own_q))
     add_to(by_rate, n_dof * column + column, pair_dot(twist, by_own_rate))
     j = int(joints[i, PARENT])

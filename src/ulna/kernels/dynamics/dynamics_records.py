@@ -1,14 +1,14 @@
-"""Names the arguments of the kernels of dynamics, and the rows that they work in."""
+"""Defines the arguments and workspaces of the kernels of dynamics."""
 
 from typing import NamedTuple
 
 from numpy.typing import NDArray
 
-MOTION_WIDTH = 9  # rows of a frame: its angular velocity and acceleration, and the acceleration of its origin
+MOTION_WIDTH = 9  # rows per frame: its angular velocity and acceleration, and the acceleration of its origin
 
 
 class Mechanism(NamedTuple):
-    """A robot's joints and what they carry."""
+    """A robot's joints and the inertias that they carry."""
 
     joints: NDArray
     """The table of joints, shape (n, TABLE_WIDTH); parents come before their children."""
@@ -20,7 +20,7 @@ class State(NamedTuple):
     """The motion of all joints, in rows."""
 
     turns: NDArray
-    """Two for each joint, which ``joint_turns`` wrote for q."""
+    """Two rows for each joint, the output of ``joint_turns`` for q."""
     rates: NDArray
     """The velocity of each entry of q [rad/s or m/s]."""
     accelerations: NDArray
@@ -28,54 +28,54 @@ class State(NamedTuple):
 
 
 class ForceRows(NamedTuple):
-    """Where ``newton_euler`` works, in rows."""
+    """The workspaces of ``newton_euler``, in rows."""
 
     motions: NDArray
-    """Nine for the base and for each joint."""
+    """The motion of the base and of each joint's frame, nine rows each."""
     poses: NDArray
-    """Twelve for each joint: its pose in the frame of its parent."""
+    """The pose of each joint in the frame of its parent, twelve rows each."""
     wrenches: NDArray
-    """Six for each joint: what it carries, in its own frame."""
+    """The wrench that each joint carries, in its own frame, six rows each."""
 
 
 class FallRows(NamedTuple):
-    """Where ``holding_torques`` works, in rows."""
+    """The workspaces of ``holding_torques``, in rows."""
 
     poses: NDArray
-    """Twelve for each joint: its pose in the frame of its parent."""
+    """The pose of each joint in the frame of its parent, twelve rows each."""
     falls: NDArray
-    """Three for the base and for each joint: the acceleration of free fall in its frame."""
+    """The gravitational acceleration in the frame of the base and of each joint, three rows each."""
     moments: NDArray
-    """Three for each joint: the moment of what it carries, in its frame."""
+    """The first moment that each joint carries, in its frame, three rows each."""
     masses: NDArray
-    """One for each joint: the mass of what it carries."""
+    """The mass that each joint carries, one row each."""
 
 
 class BodyRows(NamedTuple):
     """The bodies of a robot in the frame of its base, in rows."""
 
     poses: NDArray
-    """Twelve for each joint."""
+    """The pose of each joint, twelve rows each."""
     twists: NDArray
-    """Six for each joint: the motion of what it carries for a unit rate of its entry of q."""
+    """The twist of each joint for a unit rate of its entry of q, six rows each."""
     inertias: NDArray
-    """Ten for each joint: the inertia of what it carries."""
+    """The inertia that each joint carries, ten rows each."""
 
 
 class RateRows(NamedTuple):
-    """Where the derivatives of torques are computed, in rows: six for each joint, in the frame of the base, unless it is said."""
+    """The workspaces of the derivatives of torques: six rows for each joint, in the frame of the base."""
 
     motions: NDArray
-    """The motion of its body."""
+    """The motion of the joint's body."""
     accelerations: NDArray
-    """The acceleration of its body, less that of free fall."""
+    """The acceleration of the joint's body minus the gravitational acceleration."""
     twist_rates: NDArray
-    """The rate of its twist."""
+    """The rate S' of the joint's twist."""
     twist_accelerations: NDArray
-    """The second rate of its twist, as its parent moves."""
+    """The second rate S'' of the joint's twist."""
     momenta: NDArray
-    """The momentum of what it carries."""
+    """The momentum of the joint's subtree."""
     wrenches: NDArray
-    """The wrench on what it carries."""
+    """The wrench on the joint's subtree."""
     coriolis: NDArray
-    """The symmetric part of the Coriolis matrix of what it carries: xx, xy, xz, yy, yz, zz."""
+    """The symmetric part of the Coriolis matrix of the joint's subtree: xx, xy, xz, yy, yz, zz."""

@@ -1,7 +1,7 @@
-"""Computes the torques that hold a robot still, each body in the frame of its joint.
+"""Computes gravity torques, each body in the frame of its joint.
 
-The potential energy of bodies is -g . h, with their moment h (mass times center of mass), and the torque of a joint is its
-derivative: -g . (z x h) for a joint that turns, with h about its origin, and -m g . z for one that slides.
+The potential energy of bodies is -g . h, with their first moment h (mass times center of mass). The torque of a joint is its
+derivative: -g . (z x h) for a revolute joint, with h about its origin, and -m g . z for a prismatic joint.
 
 Source: Siciliano et al., Robotics (2009), section 7.1.
 """
@@ -18,16 +18,16 @@ from ulna.kernels.spatial.vectors import add_scaled, load_vector, origin, plus, 
 
 @kernel
 def holding_torques(mechanism, gravity, turn_rows, rows, torque_rows):
-    """Write the torques [Nm or N] of all entries of q to torque_rows.
+    """Write the gravity torques [Nm or N] of all entries of q to torque_rows.
 
-    1. From the base to the tips: the acceleration of free fall in the frame of each joint.
-    2. From the tips to the base: the mass and the moment of all bodies behind each joint.
+    1. From the base to the tips: compute the gravitational acceleration in the frame of each joint.
+    2. From the tips to the base: compute the mass and the moment of each joint's subtree.
 
     Args:
-        mechanism: The table of joints and the table of inertias, a row each.
-        gravity: The acceleration of free fall [m/s^2] in the axes of the base: three plain numbers.
-        turn_rows: What ``joint_turns`` wrote.
-        rows: ``FallRows`` to work in.
+        mechanism: The table of joints and the table of inertias, one row per joint.
+        gravity: The gravitational acceleration [m/s^2] in the axes of the base: three plain numbers.
+        turn_rows: The output of ``joint_turns``.
+        rows: ``FallRows`` as workspace.
         torque_rows: One row for each entry of q.
     """
     joints, like = mechanism.joints, load(turn_rows, 0)
@@ -36,7 +36,7 @@ def holding_torques(mechanism, gravity, turn_rows, rows, torque_rows):
     for i in range(joints.shape[0]):
         parent, pose = int(joints[i, PARENT]), turned_joint_pose(joints, i, turn_rows)
         store_pose(rows.poses, i, pose)
-        if parent != i - 1:  # else it is the fall before
+        if parent != i - 1:  # otherwise it is the previous value
             fall = load_vector(rows.falls, 3 * (parent + 1))
         fall = rotate_inverse(pose, fall)
         store_vector(rows.falls, 3 * (i + 1), fall)
@@ -52,7 +52,11 @@ def holding_torques(mechanism, gravity, turn_rows, rows, torque_rows):
 
 @kernel
 def hold(joints, i, held, rows, torque_rows):
-    """Step 2 of one joint: the mass and the moment that the joint before it holds, of those that the joint after it handed on."""
+    """Perform step 2 for one joint. held: the mass and the moment passed on by the next joint.
+
+    Returns:
+        The mass and the moment to pass on to the previous joint, in its frame; 0 if that is not the parent.
+    """
     mass, moment = load(rows.masses, i) + held[0], plus(load_vector(rows.moments, 3 * i), held[1])
     fall, parent = load_vector(rows.falls, 3 * (i + 1)), int(joints[i, PARENT])
     along = -mass * fall[2] if int(joints[i, KIND]) == PRISMATIC else moment[1] * fall[0] - moment[0] * fall[1]

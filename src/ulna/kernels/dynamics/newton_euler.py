@@ -24,17 +24,16 @@ from ulna.kernels.spatial.vectors import cross, load_vector, origin, plus, rotat
 def newton_euler(mechanism, gravity, state, rows, torque_rows):
     """Write the torques [Nm or N] of all entries of q to torque_rows.
 
-    1. From the base to the tips: the angular velocity and acceleration of each joint's frame, and the acceleration of its
-    origin.
-       The base accelerates by -g, as if a lift carried it, which has the effect of gravity.
-    2. The wrench that each body needs, by Newton's law and Euler's.
-    3. From the tips to the base: a joint carries the wrenches of all bodies behind it. Its torque is the part along its axis.
+    1. From the base to the tips: compute the angular velocity and acceleration of each joint's frame, and the acceleration of
+       its origin. The base accelerates by -g, which has the effect of gravity.
+    2. Compute the wrench that each body needs, by the laws of Newton and Euler.
+    3. From the tips to the base: a joint carries the wrenches of its subtree. Its torque is the component along its axis.
 
     Args:
-        mechanism: The table of joints and the table of inertias, a row each.
-        gravity: The acceleration of free fall [m/s^2] in the axes of the base: three plain numbers.
-        state: ``State``: the turns that ``joint_turns`` wrote, and the rates and accelerations of q.
-        rows: ``Rows`` to work in.
+        mechanism: The table of joints and the table of inertias, one row per joint.
+        gravity: The gravitational acceleration [m/s^2] in the axes of the base: three plain numbers.
+        state: ``State``: the output of ``joint_turns``, and the rates and accelerations of q.
+        rows: ``ForceRows`` as workspace.
         torque_rows: One row for each entry of q.
     """
     joints = mechanism.joints
@@ -49,7 +48,7 @@ def newton_euler(mechanism, gravity, state, rows, torque_rows):
 
 @kernel
 def base_motion(gravity, state, rows):
-    """Write the motion of the base to place 0."""
+    """Write the motion of the base to position 0 of the rows."""
     zero = splat(0.0, load(state.rates, 0))
     nothing = zero, zero, zero
     up = splat(-gravity[0], zero), splat(-gravity[1], zero), splat(-gravity[2], zero)
@@ -58,7 +57,7 @@ def base_motion(gravity, state, rows):
 
 @kernel
 def move(mechanism, i, state, rows):
-    """Steps 1 and 2 of one joint."""
+    """Perform steps 1 and 2 for one joint."""
     joints = mechanism.joints
     pose = turned_joint_pose(joints, i, state.turns)
     store_pose(rows.poses, i, pose)
@@ -82,7 +81,7 @@ def move(mechanism, i, state, rows):
 
 @kernel
 def carry(joints, i, rows, torque_rows):
-    """Step 3 of one joint."""
+    """Perform step 3 for one joint."""
     force, moment = load_pair(rows.wrenches, i)
     column = int(joints[i, COLUMN])
     along = force[2] if int(joints[i, KIND]) == PRISMATIC else moment[2]
@@ -96,14 +95,14 @@ def carry(joints, i, rows, torque_rows):
 
 @kernel
 def load_motion(rows, i):
-    """The angular velocity and acceleration of a frame, and the acceleration of its origin."""
+    """Load the angular velocity and acceleration of a frame, and the acceleration of its origin."""
     k = MOTION_WIDTH * i
     return load_vector(rows, k), load_vector(rows, k + 3), load_vector(rows, k + 6)
 
 
 @kernel
 def store_motion(rows, i, w, dw, a):
-    """Write the motion of a frame to place i of rows."""
+    """Write the motion of a frame to position i of the rows."""
     k = MOTION_WIDTH * i
     store_vector(rows, k, w)
     store_vector(rows, k + 3, dw)

@@ -1,6 +1,6 @@
-"""Computes with the inertia of a rigid body: ten numbers, which are the mass, the moment and the tensor of the layout.
+"""Computes with the inertia of a rigid body: ten numbers for its mass, first moment and tensor.
 
-The moment is the mass times the center of mass, and the tensor is about the origin of the frame, so that inertias of one frame
+The first moment is the mass times the center of mass. The tensor is about the origin of the frame, so that inertias in one frame
 add up.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), section 2.13.
@@ -37,18 +37,18 @@ def symmetric_times(s, v):
 
 @kernel
 def momentum(inertia, v, w):
-    """The linear and the angular momentum of a body whose motion is (v, w)."""
+    """The linear and the angular momentum of a body with the motion (v, w)."""
     mass, moment, tensor = inertia
     return plus(scaled(v, mass), cross(w, moment)), plus(symmetric_times(tensor, w), cross(moment, v))
 
 
 @kernel
 def in_parent(pose, inertia):
-    """An inertia in the frame of the parent of its own frame.
+    """Transform an inertia to the parent frame.
 
-    1. Turn the moment, h = R h', and the tensor, R T R'.
-    2. Move by p. With x = p + r, the integral of |x|^2 I - x x' is that of |r|^2 I - r r', which is the turned tensor, and
-       m (|p|^2 I - p p') + 2 (p . h) I - p h' - h p'. The moment becomes h + m p.
+    1. Rotate the moment, h = R h', and the tensor, R T R'.
+    2. Translate by p, x = p + r. The rotated tensor is the integral of |r|^2 I - r r', the new one that of |x|^2 I - x x'. Their
+       difference is m (|p|^2 I - p p') + 2 (p . h) I - p h' - h p'. The moment becomes h + m p.
     """
     mass, moment, tensor = inertia
     p, h = origin(pose), rotate(pose, moment)
@@ -64,7 +64,7 @@ def in_parent(pose, inertia):
 
 @kernel
 def turned_tensor(a, s):
-    """R S R' of the rotation of a pose and a symmetric matrix."""
+    """The product R S R' with the rotation R of a pose and a symmetric matrix S."""
     x, y, z = (a[0], a[1], a[2]), (a[4], a[5], a[6]), (a[8], a[9], a[10])
     sx, sy, sz = symmetric_times(s, x), symmetric_times(s, y), symmetric_times(s, z)
     return dot(x, sx), dot(x, sy), dot(x, sz), dot(y, sy), dot(y, sz), dot(z, sz)
@@ -72,21 +72,21 @@ def turned_tensor(a, s):
 
 @kernel
 def added(a, b):
-    """The inertia of two bodies together, both in the same frame."""
+    """The sum of two inertias in the same frame."""
     s, t = a[2], b[2]
     return a[0] + b[0], plus(a[1], b[1]), (s[0] + t[0], s[1] + t[1], s[2] + t[2], s[3] + t[3], s[4] + t[4], s[5] + t[5])
 
 
 @kernel
 def load_inertia(rows, i):
-    """Inertia i of rows: ten rows each."""
+    """Load inertia i from rows, ten rows each."""
     k = INERTIA_WIDTH * i
     return load(rows, k), load_vector(rows, k + 1), load_vector(rows, k + 4) + load_vector(rows, k + 7)
 
 
 @kernel
 def store_inertia(rows, i, inertia):
-    """Write an inertia to place i of rows."""
+    """Write an inertia to position i of the rows."""
     k = INERTIA_WIDTH * i
     store(rows, k, inertia[0])
     store_vector(rows, k + 1, inertia[1])
@@ -96,27 +96,27 @@ def store_inertia(rows, i, inertia):
 
 @kernel
 def load_pair(rows, i):
-    """Motion or wrench i of rows: six rows each."""
+    """Load motion or wrench i from rows, six rows each."""
     return load_vector(rows, 6 * i), load_vector(rows, 6 * i + 3)
 
 
 @kernel
 def store_pair(rows, i, linear, angular):
-    """Write a motion or a wrench to place i of rows."""
+    """Write a motion or a wrench to position i of the rows."""
     store_vector(rows, 6 * i, linear)
     store_vector(rows, 6 * i + 3, angular)
 
 
 @kernel
 def add_pair(rows, i, linear, angular):
-    """Add to the motion or the wrench at place i of rows."""
+    """Add to the motion or the wrench at position i of the rows."""
     before_linear, before_angular = load_pair(rows, i)
     store_pair(rows, i, plus(before_linear, linear), plus(before_angular, angular))
 
 
 @kernel
 def pair_dot(a, b):
-    """The power of a motion and a wrench: the sum of both inner products."""
+    """The power of a wrench along a motion: the sum of both inner products."""
     return dot(a[0], b[0]) + dot(a[1], b[1])
 
 

@@ -1,4 +1,4 @@
-"""Computes accelerations from torques, by the mass matrix and its Cholesky factor."""
+"""Computes accelerations from torques with the Cholesky factor of the mass matrix."""
 
 import numpy as np
 
@@ -6,20 +6,20 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store, where
 from ulna.kernels.dynamics.cholesky import factorize, substitute
 
-MIN_PIVOT = 1e-13  # of the inertia at a joint: less of it is rounding
+MIN_PIVOT = 1e-13  # minimum pivot relative to the diagonal entry: a smaller one is rounding
 
 
 @kernel
 def accelerations(mass_rows, torque_rows, system_rows):
-    """Solve M a = tau in the place of the torques.
+    """Solve M a = tau in place of the torques.
 
-    1. Factor the lower triangle of M. A pivot is the inertia that is left at a joint, with those before it free to move.
-    2. Solve by substitution. A pivot below MIN_PIVOT of its diagonal entry is rounding: M is singular, and the result NaN.
+    1. Factor the lower triangle of M. A pivot is the inertia at a joint while all previous joints are free to move.
+    2. Solve by substitution. If a pivot is below MIN_PIVOT times its diagonal entry, M is singular and the result is NaN.
 
     Args:
-        mass_rows: M, entry (r, c) in row n r + c.
-        torque_rows: tau, n rows; a, after the call.
-        system_rows: Rows to work in, n (n + 1) / 2 + n.
+        mass_rows: M, with entry (r, c) in row n r + c.
+        torque_rows: tau, n rows; overwritten by a.
+        system_rows: Workspace of n (n + 1) / 2 + n rows.
     """
     n = torque_rows.shape[0]
     for r in range(n):
@@ -37,6 +37,6 @@ def accelerations(mass_rows, torque_rows, system_rows):
 
 @kernel
 def is_regular(mass_rows, system_rows, r, n):
-    """Whether pivot r, whose root has its reciprocal in the factor, is more than rounding."""
+    """Whether pivot r is more than rounding; the factor has the reciprocal of its root."""
     inverse = load(system_rows, r * (r + 1) // 2 + r)
     return inverse * inverse * load(mass_rows, n * r + r) < 1.0 / MIN_PIVOT

@@ -1,1 +1,1 @@
-"""Formulas of planning: nearest nodes, steps in the space of configurations, the domain of a node."""
+"""Formulas of planning: nearest nodes, steps in configuration space, constraints, time parameterization."""

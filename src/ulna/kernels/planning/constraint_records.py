@@ -1,4 +1,4 @@
-"""Names what a path keeps at all times, and in which space it is searched for."""
+"""Defines the records of a path's constraints and of its configuration space."""
 
 from typing import Annotated, NamedTuple
 
@@ -7,46 +7,47 @@ from numpy.typing import NDArray
 
 from ulna.engine.records import Record, Records
 
-NO_AXIS, Z_AXIS, ALL_AXES, TOWARDS = 0, 1, 2, 3  # which axes are compared, or that z points towards the other frame's origin
-MIN_LENGTH = 1e-30  # [m]: by which is divided
+NO_AXIS, Z_AXIS, ALL_AXES, TOWARDS = 0, 1, 2, 3  # the compared axes; TOWARDS: z points towards the other frame's origin
+MIN_LENGTH = 1e-30  # [m]: minimum divisor
 
 
 class Constraint(Record):
-    """One constraint: how a frame of the robot may lie, seen from another frame."""
+    """The tolerances of one constraint on a frame of the robot relative to another frame."""
 
     away: Annotated[NDArray[np.float64], 3]
-    """Tolerance of its origin along each axis of the other frame, infinite where it is free [m]."""
+    """Tolerance of the origin along each axis of the other frame [m]; infinite where it is free."""
     axes: int
-    """NO_AXIS, Z_AXIS, ALL_AXES or TOWARDS."""
+    """The compared axes: NO_AXIS, Z_AXIS, ALL_AXES or TOWARDS."""
     chord: float
-    """The greatest length of the difference of the axes that are compared."""
+    """The maximum length of the difference of the compared axes."""
     lever: float
-    """Distance of its origin from the joint's [m]."""
+    """The distance of the frame's origin from its joint's origin [m]."""
     shared: int
     """The last joint that carries both frames, or BASE."""
     is_pointing: bool
-    """Whether its projection compares the swing of the z axis alone (``kernels.ik.task_error``)."""
+    """Whether the projection compares only the swing of the z axis (``kernels.ik.task_error``)."""
     slack: Annotated[NDArray[np.float64], 6]
-    """Tolerance of each component of the error in its projection [m, rad]."""
+    """Tolerance of each component of the error in the projection [m, rad]."""
 
 
-# An entry takes it whole.
+# Entries take it as one argument.
 class Constraints(NamedTuple):
     """The constraints of a path."""
 
     frames: NDArray
-    """Two rows a constraint, its frame and the other one, of the base or of the robot, shape (2 n, FRAME_WIDTH)."""
+    """Two rows per constraint: its frame, and the other frame, of the base or the robot, shape (2 n, FRAME_WIDTH)."""
     allowed: Records[Constraint]
-    """Shape (n,)."""
+    """The tolerances, shape (n,)."""
 
 
 class Entry(Record):
-    """One entry of q in the space of a plan."""
+    """One entry of q in the configuration space of a plan."""
 
     low: float
-    """From here to ``high`` samples are taken [rad or m]."""
+    """The minimum of samples [rad or m]."""
     high: float
+    """The maximum of samples [rad or m]."""
     weight: float
-    """Weight in the metric of the space."""
+    """The weight in the metric of the space."""
     period: float
-    """The whole turn of an entry that may turn for ever [rad], else 0."""
+    """The whole turn of an angle without limits [rad]; else 0."""

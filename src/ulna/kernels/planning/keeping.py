@@ -1,34 +1,35 @@
-"""Bounds how far a frame of the robot gets from where it is to be kept, in an interval of an edge.
+"""Bounds the deviation of a frame of the robot from its constraint, in an interval of an edge.
 
-A constraint compares a frame of the robot, a, with another frame, b, of the base or of the robot: the displacement u of a's
-origin in the axes of b, and the differences x of their z axes, or of all three axes in one vector. An angle theta between two
-axes, or of a rotation, makes
+A constraint compares a frame a of the robot with another frame b, of the base or of the robot. Let u be the displacement of a's
+origin in the axes of b. Let x be the difference of their z axes, or of all three axes in one vector. For an angle theta between
+two axes, or of a rotation,
 
-    |x| = 2 sin(theta / 2)    of one axis,        |x| = 2 sqrt(2) sin(theta / 2)    of three,
+    |x| = 2 sin(theta / 2)    for one axis,        |x| = 2 sqrt(2) sin(theta / 2)    for three axes,
 
-so a tolerance of the angle is one of |x|. On an edge, in an interval with middle c and half length h (Taylor, with a remainder
-for vectors), with all motion as b sees it:
+so a tolerance of the angle gives a tolerance of |x|. Consider an interval of an edge with middle c and half-length h. Taylor's
+formula, with a remainder for vectors, gives for the motion relative to b
 
     |u_k| <= |u_k(c)| + h |u_k'(c)| + h^2 / 2 max |u''|,
-    |x|   <= max |x(c) +- h x'(c)| + h^2 / 2 s W^2,               s = 1 of one axis, sqrt(2) of three.
+    |x|   <= max |x(c) +- h x'(c)| + h^2 / 2 s W^2,               s = 1 for one axis, sqrt(2) for three axes.
 
-W is the sum of |r_i| of the joints between a and b that turn: those that carry both move neither as the other sees it. An axis is
-a product of rotations by the joints' angles and of constant ones, so its second derivative is a sum over pairs of joints of
-r_i r_k times a vector of length 1 at most; of three axes one of Frobenius norm sqrt(2), that of the generator of a rotation. The
-first derivatives are bounded by the greatest speed of a point, and by s W; the smaller of both bounds is taken. What rounding,
-and the spread beside the edge, may add is part of the value.
+W is the sum of |r_i| over the revolute joints between a and b; joints that carry both do not change the relative motion. An axis
+is a product of rotations by the joints' angles and of constant rotations. So its second derivative is a sum over pairs of joints
+of r_i r_k times a vector of length 1 at most. For three axes this vector has the Frobenius norm sqrt(2), the norm of the
+generator of a rotation. The first derivatives are bounded by the maximum speed of a point and by s W; the smaller bound is used.
+The values include bounds of rounding and of the spread beside the edge.
 
-Seen from the joint that carries both, or from the base, the line d from b to a changes with |d'| <= S and |d''| <= B
-(``ball_motion.pair_bounds``), so it is never longer than D = |u(c)| + h S. The axes of b turn with W_b at most, and u_k is the
-product of d and such an axis. Hence, by the product rule,
+Relative to the joint that carries both frames, or to the base, let d be the vector from b to a. It changes with |d'| <= S and
+|d''| <= B (``ball_motion.pair_bounds``), so its length is at most D = |u(c)| + h S. The axes of b turn with at most W_b, and u_k
+is the product of d and such an axis. Hence, by the product rule,
 
     |u'| <= S + W_b D,        |u''| <= B + 2 W_b S + W_b^2 D.
 
-If an axis is to point at b's origin, x is its difference from the direction g = -u / |u|. While |u| >= m,
+If an axis points at b's origin, x is its difference from the direction g = -u / |u|. While |u| >= m,
 
-    |g'| <= |u'| / m,        |g''| <= |u''| / m + 2 / sqrt(3) |u'|^2 / m^2:
+    |g'| <= |u'| / m,        |g''| <= |u''| / m + 2 / sqrt(3) |u'|^2 / m^2.
 
-with u' split into p along g and n across, what g'' has besides u'' is 2 p n across g and n^2 along g, over |u|^2.
+To see this, split u' into p along g and n across. Besides the part of u'', g'' has the parts 2 p n across g and n^2 along g,
+divided by |u|^2.
 """
 
 from ulna.engine.decorators import kernel
@@ -57,10 +58,10 @@ _INF, _ROOT_TWO, _BENT = float("inf"), 1.4142135623730951, 1.1547005383792517  #
 
 @kernel
 def write_keep_bounds(joints, keeps, moving, slacks):
-    """Write how fast the origins of each constraint's two frames can move, and what rounding and the spread add.
+    """Write bounds of the speeds of each constraint's two frames, and the additions for rounding and the spread.
 
-    moving: its speeds and bends have two rows for each constraint, its frame's and that of the other one. slacks: (n, 3): what
-    is added to the displacement of the origins and to differences of axes, and how far the axes of the other frame may be turned.
+    moving: its speeds and bends have two rows per constraint, for its frame and the other frame. slacks: shape (n, 3): additions
+    to the displacement and to the difference of axes, and the largest rotation of the other frame's axes.
     """
     for i in range(keeps.allowed.shape[0]):
         a, b = 2 * i, 2 * i + 1
@@ -73,7 +74,7 @@ def write_keep_bounds(joints, keeps, moving, slacks):
 
 @kernel
 def turned_aside(joints, steps, joint):
-    """By what angle rounding, and the spread, may turn a joint's frame at most; 0 of the base."""
+    """The largest rotation of a joint's frame by rounding and the spread [rad]; 0 for the base."""
     turned = 0.0
     while joint >= 0:
         turned += 0.0 if steps[joint, SLIDES] > 0.0 else steps[joint, ASIDE]
@@ -83,15 +84,15 @@ def turned_aside(joints, steps, joint):
 
 @kernel
 def turn_of(steps, joint):
-    """The greatest rate at which a joint's frame turns; 0 of the base."""
+    """The maximum rate of rotation of a joint's frame; 0 for the base."""
     return steps[joint, TURN] if joint >= 0 else 0.0
 
 
 @kernel
 def keep_shares(joints, keeps, slacks, moving, half, like):
-    """The greatest share of a tolerance that is used at the middles of intervals, and a bound of it within ``half``.
+    """The largest used share of a tolerance at the middles of intervals, and an upper bound within ``half``.
 
-    moving: where the joints are, and how they move (``ball_motion.write_twists``).
+    moving: the poses and twists of the joints (``ball_motion.write_twists``).
     """
     value, most, n = splat(0.0, like), splat(0.0, like), joints.shape[0]
     for i in range(keeps.allowed.shape[0]):
@@ -102,7 +103,7 @@ def keep_shares(joints, keeps, slacks, moving, half, like):
         u, slack = transform_inverse(b, origin(a)), splat(slacks[i, 0], like)
         speed, curved = pair_bounds(joints, moving, 2 * i, 2 * i + 1, shared)
         rate, bend = splat(speed, like), splat(curved, like)
-        turn, lost, lost_turn = turn_of(moving.steps, joint_a), 0.0, 0.0  # what rounding adds to the velocities
+        turn, lost, lost_turn = turn_of(moving.steps, joint_a), 0.0, 0.0  # lost: rounding of the velocities
         if joint_b >= 0:
             v_b, w_b = joint_twist(moving, joint_b, origin(a), like)
             v, w = minus(v, v_b), minus(w, w_b)
@@ -135,10 +136,10 @@ def keep_shares(joints, keeps, slacks, moving, half, like):
 
 @kernel
 def direction_bounds(a, b, v, w, bounds, half):
-    """|x| of the z axis of a pose and the direction from its origin to that of another one, and a bound of it within ``half``.
+    """The deviation |x| of a's z axis from the direction to b's origin, and an upper bound within ``half``.
 
-    v, w: the velocity and the angular velocity of a as b sees them. bounds: of the turn, of |v| and of its derivative; how far
-    a's origin may be from where it is computed, and what rounding adds to v. |x| is 2 at most.
+    v, w: the velocity and the angular velocity of a relative to b. bounds: of the rotation rate, of |v| and of its derivative; of
+    the rounding of a's origin, and of v. |x| is 2 at most.
     """
     turn, rate, bend, slack, lost = bounds
     d, z = minus(origin(b), origin(a)), z_axis(a)
@@ -155,7 +156,10 @@ def direction_bounds(a, b, v, w, bounds, half):
 
 @kernel
 def axis_differences(a, b, w, half, axes):
-    """|x| of two poses, and the greater of |x +- half x'|, where a turns with the angular velocity w."""
+    """The norm |x| of the difference of two poses' axes, and the larger of |x +- half x'|.
+
+    w: the angular velocity of a.
+    """
     xx, xd, dd = difference_products(z_axis(a), z_axis(b), w)
     if axes == ALL_AXES:
         x = difference_products(x_axis(a), x_axis(b), w)
@@ -166,11 +170,11 @@ def axis_differences(a, b, w, half, axes):
 
 @kernel
 def difference_products(a, b, w):
-    """x . x, x . x' and x' . x' of the difference x = a - b, where a turns with the angular velocity w."""
+    """The inner products xx, xx' and x'x' of x = a - b, with the angular velocity w of a."""
     return products(minus(a, b), cross(w, a))
 
 
 @kernel
 def products(x, d):
-    """x . x, x . d and d . d."""
+    """The products x . x, x . d and d . d."""
     return dot(x, x), dot(x, d), dot(d, d)

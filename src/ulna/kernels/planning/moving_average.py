@@ -1,16 +1,16 @@
-"""Finds over how long a motion has to be averaged so that its jerk is within limits.
+"""Computes the window of a moving average that brings the jerk of a motion within limits.
 
-The mean y(t) of a motion q over the time from t - w to t has the derivatives
+The moving average y(t) of a motion q over the window from t - w to t has the derivatives
 
     y' = (q(t) - q(t - w)) / w,   y'' = (q'(t) - q'(t - w)) / w,   y''' = (q''(t) - q''(t - w)) / w.
 
-So y keeps the limits of velocity and acceleration that q keeps, and its jerk is at most c(w) / w, where c(w) is the most that q''
-changes within a time w. c grows with w, by steps: the least w with c(w) <= w times the limit of jerk is found by putting
-w = c(w) / limit again and again, from below. Source: Biagiotti and Melchiorri, FIR filters for online trajectory planning with
+So y satisfies the velocity and acceleration limits of q. Its jerk is at most c(w) / w, where c(w) is the largest change of q''
+within a time w. The function c is a growing step function. The smallest w with c(w) <= w times the jerk limit is found by
+iterating w = c(w) / limit from below. Source: Biagiotti and Melchiorri, FIR filters for online trajectory planning with
 time- and frequency-domain specifications, Control Engineering Practice 20 (2012).
 
-The motion is given by intervals: ``times`` are their borders [s], shape (N + 1,); ``lows`` and ``highs`` bound q'' in each, shape
-(N, n_dof). It is at rest, for at least w, at the borders whose indices are ``rest_rows``, the first and the last among them.
+The motion is given by intervals. ``times`` are their borders [s], shape (N + 1,); ``lows`` and ``highs`` bound q'' in each, shape
+(N, n_dof). The motion rests for at least w at the borders with the indices ``rest_rows``, which include the first and the last.
 """
 
 from ulna.engine.decorators import kernel
@@ -21,7 +21,7 @@ _MAX_STEPS = 64
 
 @kernel
 def least_window(times, lows, highs, jerk_limits, rest_rows, least):
-    """The least w >= ``least`` [s] for which the mean keeps the limits of jerk, shape (n_dof,)."""
+    """The smallest window w >= ``least`` [s] whose moving average is within the jerk limits, shape (n_dof,)."""
     window = least
     for _ in range(_MAX_STEPS):
         wanted = time_of_change(times, lows, highs, jerk_limits, rest_rows, window)
@@ -33,7 +33,7 @@ def least_window(times, lows, highs, jerk_limits, rest_rows, least):
 
 @kernel
 def time_of_change(times, lows, highs, jerk_limits, rest_rows, window):
-    """The most that q'' changes within a time, by the limit of jerk [s]."""
+    """The largest change of q'' within a window, divided by the jerk limit [s]."""
     longest = 0.0
     for section in range(rest_rows.shape[0] - 1):
         first, last = rest_rows[section], rest_rows[section + 1]
@@ -47,9 +47,9 @@ def time_of_change(times, lows, highs, jerk_limits, rest_rows, window):
 
 @kernel
 def change_from(times, lows, highs, j, section, i, window):
-    """How much q''_j may change within a time that begins in interval i of a section.
+    """The largest change of q''_j within a window that begins in interval i of a section.
 
-    section: its first border, and its last; i is one less than the first for the rest before it.
+    section: its first and its last border. For the rest before the section, i is one less than the first border.
     """
     first, last = section
     low = high = 0.0
@@ -66,9 +66,9 @@ def change_from(times, lows, highs, j, section, i, window):
 
 @kernel
 def bounds_of_acceleration(slope, bend, step, early, late, rate):
-    """The least and the greatest of q'' = q_s u + q_ss v^2 in an interval: between its ends it is linear in s.
+    """The minimum and the maximum of q'' = q_s u + q_ss v^2 in an interval.
 
-    slope: q_s at its start; bend: q_ss; step: ds; early, late: v at its ends; rate: u.
+    In an interval q'' is linear in s. slope: q_s at its start; bend: q_ss; step: ds; early, late: v at its ends; rate: u.
     """
     first, last = slope * rate + bend * early * early, (slope + step * bend) * rate + bend * late * late
     return min(first, last), max(first, last)
@@ -76,10 +76,10 @@ def bounds_of_acceleration(slope, bend, step, early, late, rate):
 
 @kernel
 def write_coasts(steps, x, rest_rows, window, ceilings):
-    """Lower the ceilings of x = (ds/dt)^2 so that each peak of the speed becomes a time of constant speed of at least ``window``.
+    """Lower the ceilings of x = (ds/dt)^2 so that each speed peak becomes a coast of at least ``window`` [s].
 
-    Where a motion changes from speeding up to slowing down at once, q'' changes by twice the acceleration; after this by once at
-    a time. steps: the intervals' lengths, shape (N,); x and ceilings: at the N + 1 borders.
+    Without a coast between acceleration and braking, q'' changes by twice the acceleration at once; with it, by once at a time.
+    steps: the intervals' lengths, shape (N,). x and ceilings: values at the N + 1 borders.
     """
     for section in range(rest_rows.shape[0] - 1):
         first, last = rest_rows[section], rest_rows[section + 1]
@@ -96,7 +96,7 @@ def write_coasts(steps, x, rest_rows, window, ceilings):
 
 @kernel
 def flatten_peak(steps, x, section, peak, window, ceilings):
-    """Lower the ceilings about one peak; return the last border lowered. section, peak: their first border and their last."""
+    """Lower the ceilings at one peak; return the last lowered border. section, peak: first and last borders."""
     (first, last), (low, high) = section, peak
     level, length = x[low], 0.0
     for k in range(low, high):

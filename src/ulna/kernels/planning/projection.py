@@ -1,4 +1,4 @@
-"""Moves configurations towards a constraint, by a step of Levenberg and Marquardt as of inverse kinematics.
+"""Projects configurations onto a constraint by steps of Levenberg-Marquardt, as in inverse kinematics.
 
 Source: the projection of Berenson, Srinivasa and Kuffner, Task space regions (IJRR 2011), with the damped step of
 ``kernels.ik.levenberg_marquardt`` and the slack of ``kernels.ik.task_error``.
@@ -24,20 +24,20 @@ from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, scaled
 
 _DAMPING, _MIN_DAMPING = 0.05, 1e-12
-_FLAT = 0.7  # of a unit vector: an entry at most as long is not the longest
+_FLAT = 0.7  # an entry of a unit vector below this bound allows a cross product with its axis
 
 
 @kernel
 def project_step(joints, keeping, i, active, q_rows):
-    """Move q by one step towards constraint i, in the lanes that are ``active``, within the bounds.
+    """Move q by one step towards constraint i, in the ``active`` lanes, within the bounds.
 
-    keeping: the constraints, where the joints are, and room (``planning.entries.keeping``).
+    keeping: the constraints, the poses of the joints, and workspaces (``planning.entries.keeping``).
 
-    1. Of the poses of the joints, take those of the constraint's two frames, and the Jacobian of the first as the other sees it:
-       the twists of the joints that carry one of the two. If an axis is to point at the other frame's origin, the target and the
-       turn are those of that direction (``faced``).
-    2. Reduce its error and the Jacobian to what lies beyond the slack of the projection.
-    3. dq = J' (J J' + lambda I)^-1 e, lambda in proportion to |e|^2.
+    1. Compute the poses of the constraint's two frames, and the Jacobian of the first frame relative to the other: the twists of
+       the joints that carry only one of the two. If an axis points at the other frame's origin, use the target and the rotation
+       of that direction (``faced``).
+    2. Reduce the error and the Jacobian to the part beyond the slack of the projection.
+    3. Solve dq = J' (J J' + lambda I)^-1 e, with lambda proportional to |e|^2.
     """
     frames, allowed, like = keeping.keeps.frames, keeping.keeps.allowed[i], load(q_rows, 0)
     joint_rows, bound_rows, jacobian_rows = keeping.moving.joint_rows, keeping.bound_rows, keeping.jacobian_rows
@@ -60,7 +60,7 @@ def project_step(joints, keeping, i, active, q_rows):
 
 @kernel
 def add_joints(joints, joint, shared, sign, joint_rows, jacobian_rows):
-    """Add the twists of a joint and of those that carry it, as far as one that does not count, times a sign."""
+    """Add the twists of a joint and its ancestors below ``shared`` to the Jacobian, times a sign."""
     while joint != shared:
         v, w = joint_twist(joints, joint, load_pose(joint_rows, joint))
         add_twist(jacobian_rows, 6 * int(joints[joint, COLUMN]), 1, scaled(v, sign), scaled(w, sign))
@@ -69,7 +69,10 @@ def add_joints(joints, joint, shared, sign, joint_rows, jacobian_rows):
 
 @kernel
 def faced(pose, target, jacobian_rows):
-    """A pose whose z axis g points from a pose to a target, d away; its turn, v x g / |d|, is subtracted from the Jacobian."""
+    """A pose whose z axis g points from a pose to a target at the distance |d|.
+
+    The rotation of g, v x g / |d|, is subtracted from the Jacobian.
+    """
     d = minus(origin(target), origin(pose))
     near = 1.0 / maximum(sqrt(dot(d, d)), MIN_LENGTH)
     g = scaled(d, near)

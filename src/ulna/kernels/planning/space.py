@@ -1,10 +1,10 @@
-"""Measures distances of configurations, and steps from one towards another.
+"""Measures distances between configurations, and interpolates between them.
 
-The metric is Euclidean, with a weight for each entry of q. Of an entry that may turn for ever, the difference is taken the short
-way round. ``space`` has a record of each entry of q (``constraint_records.Entry``), shape (n_dof,).
+The metric is Euclidean, with a weight for each entry of q. For angles without limits the difference is the shorter turn.
+``space`` has a record for each entry of q (``constraint_records.Entry``), shape (n_dof,).
 
-A tree is rows of eight nodes: row ``block * n_dof + k`` holds entry k of the nodes 8 block to 8 block + 7, infinite
-where there is none.
+A tree is stored in rows of eight nodes. Row ``block * n_dof + k`` has entry k of the nodes 8 block to 8 block + 7; it is infinite
+in unused places.
 """
 
 from ulna.engine.decorators import kernel
@@ -15,7 +15,7 @@ INF = float("inf")
 
 @kernel
 def short_way(x, period):
-    """A difference of an entry of q, less the whole turns in it where there is a period."""
+    """The difference of an entry of q without whole turns, if it has a period."""
     if period > 0.0:
         return x - period * rint(x / period)
     return x
@@ -34,9 +34,9 @@ def square_distance(tree_rows, block, q, space):
 
 @kernel
 def nearest_in_lanes(tree_rows, n_blocks, q, space):
-    """In each lane the least squared distance from q of the nodes of a tree in that lane, and in which block it is.
+    """The least squared distance of a tree's nodes from q in each lane, and its block.
 
-    A linear scan: of the few thousand nodes of a tree, eight at a time, it takes less than one certified edge.
+    It is a linear scan: for the few thousand nodes of a tree, eight at a time, it takes less time than one certified edge.
     """
     least = square_distance(tree_rows, 0, q, space)
     at = splat(0.0, least)
@@ -49,7 +49,7 @@ def nearest_in_lanes(tree_rows, n_blocks, q, space):
 
 @kernel
 def nearest_below_in_lanes(tree_rows, cost_rows, n_blocks, q, bound, space):
-    """As ``nearest_in_lanes``, of the nodes from which q costs at most ``bound``: their cost and the distance. Else infinite."""
+    """``nearest_in_lanes`` among nodes whose cost plus distance from q is at most ``bound``; infinite without any."""
     least = splat(INF, load(cost_rows, 0))
     at = splat(0.0, least)
     for block in range(n_blocks):
@@ -62,7 +62,7 @@ def nearest_below_in_lanes(tree_rows, cost_rows, n_blocks, q, bound, space):
 
 @kernel
 def distance(a, b, space):
-    """The distance of two configurations, shape (n_dof,) each."""
+    """The distance between two configurations, shape (n_dof,) each."""
     total = 0.0
     for k in range(space.shape[0]):
         x = short_way(b[k] - a[k], space[k].period) * space[k].weight
@@ -72,7 +72,10 @@ def distance(a, b, space):
 
 @kernel
 def write_step(a, b, share, space, out):
-    """Write the configuration a share of the way from a to b to out; b itself for a share of 1, but for whole turns."""
+    """Write the configuration at a share of the distance from a to b.
+
+    A share of 1 gives exactly b, up to whole turns.
+    """
     for k in range(space.shape[0]):
         way = short_way(b[k] - a[k], space[k].period)
         direct = share >= 1.0 and way == b[k] - a[k]
@@ -81,9 +84,9 @@ def write_step(a, b, share, space, out):
 
 @kernel
 def adapted_domain(radius, settings, extended):
-    """The radius of a node's domain after an extension (Jaillet, Yershova, LaValle and Simeon 2005, adaptive).
+    """The radius of a node's dynamic domain after an extension (Jaillet, Yershova, LaValle and Simeon 2005).
 
-    Unlimited until the node cannot be extended for the first time; then it shrinks with each failure and grows with each success.
+    It is unlimited until the first failed extension. Then it shrinks with each failure and grows with each success.
     """
     if extended:
         return radius * (1.0 + settings.adaptation)

@@ -1,24 +1,25 @@
-"""Finds the fastest motion along a path within limits of velocity and acceleration.
+"""Computes the time-optimal parameterization of a path within limits of velocity and acceleration.
 
 TOPP-RA (Pham and Pham, A new approach to time-optimal path parameterization based on reachability analysis, IEEE T-RO 2018). The
-path q(s) is given at grid points s_0 .. s_N; x = (ds/dt)^2 and u = d2s/dt2, which is constant in an interval. Then
+path q(s) is given at grid points s_0 .. s_N. Let x = (ds/dt)^2, and u = d2s/dt2, which is constant in an interval. Then
 
-    qdd_j = q'_j(s) u + q''_j x(s),    x(s) = x_i + 2 u (s - s_i),
+    qdd_j = q'_j(s) u + q''_j x(s),    x(s) = x_i + 2 u (s - s_i).
 
-and, q'' being constant in an interval too, qdd_j is linear in s there: within its limits at both ends it is within them between.
-Other quantities of the same form, such as torques, are further rows; their limits may change along the path.
+Since q'' is constant in an interval too, qdd_j is linear in s there. So limits that hold at both ends hold in between. Other
+quantities of the same form, such as torques, are further rows; their limits may vary along the path.
 
-1. Backwards from x_N, which is given: the greatest x_i from which an x_{i+1} that is allowed can be reached. 0 is always allowed,
-   since no lower limit is above 0 and no upper one below, so that these sets are intervals [0, beta_i]: from them x_N or less is
-   reached. Whether x_N itself is, if it is not 0, shows in the end.
-2. Forwards from x_0, which is given: the greatest u_i that is allowed and leads to at most beta_{i+1}.
+1. Backward pass from the given x_N: the largest x_i from which an allowed x_{i+1} can be reached. No lower limit is above 0,
+   and no upper limit is below 0, so x = 0 is always allowed. The controllable sets are therefore intervals [0, beta_i], from
+   which x_N or less is reached. If x_N is not 0, the caller checks whether x_N itself is reached.
+2. Forward pass from the given x_0: the largest allowed u_i that leads to at most beta_{i+1}.
 
-For one x the allowed u lie between the greatest of some lines in x and the least of others. Their distance is a concave function
-of x that is not negative at 0. Its root is found by Newton's steps from above: exact, after as many steps as it has kinks.
+For a given x, the allowed u lie between the maximum of some lines in x and the minimum of others. The gap between them is a
+concave function of x, which is not negative at 0. Newton steps from above find its root exactly, in at most as many steps as it
+has kinks.
 
-Rows: entry j of q' at the start of interval i is ``slope_rows[i n + j]``, at its end ``end_rows[i n + j]``, q'' is
-``bend_rows[i n + j]``, and its limits are ``low_rows`` and ``high_rows``. From these ``write_bounds`` computes once what is used
-several times. A number may be one path, or eight with the same grid.
+Rows: entry j of q' at the start of interval i is ``slope_rows[i n + j]``, at its end ``end_rows[i n + j]``. Its q'' is
+``bend_rows[i n + j]``, and its limits are ``low_rows`` and ``high_rows``. ``write_bounds`` precomputes common terms. A number may
+stand for one path, or for eight paths with the same grid.
 """
 
 from ulna.engine.decorators import kernel
@@ -32,9 +33,10 @@ _MAX_STEPS = 64
 
 @kernel
 def write_bounds(intervals, bound_rows):
-    """Write how each row bounds u at the start of each interval and at its end: low <= u - middle x <= high, 6 n N rows.
+    """Write the bounds of u from each row at both ends of each interval, 6 n N rows.
 
-    low and high are -+``_UNBOUNDED`` where a row does not bound u. intervals: ``PathIntervals``, each of its arrays as rows.
+    Each bound is low <= u - middle x <= high; low and high are -+``_UNBOUNDED`` if a row does not bound u. intervals:
+    ``PathIntervals``, with its arrays as rows.
     """
     n = intervals.bends.shape[0] // intervals.steps.shape[0]
     for i in range(intervals.steps.shape[0]):
@@ -48,7 +50,7 @@ def write_bounds(intervals, bound_rows):
 
 @kernel
 def write_bound(slope, bend, limits, bound_rows, row):
-    """Write middle, low and high of limits[0] <= slope u + bend x <= limits[1]."""
+    """Write middle, low and high of the bound limits[0] <= slope u + bend x <= limits[1]."""
     flat = abs(slope) < _FLAT
     inverse = 1.0 / where(flat, 1.0, slope)
     first, last = limits[0] * inverse, limits[1] * inverse
@@ -59,7 +61,10 @@ def write_bound(slope, bend, limits, bound_rows, row):
 
 @kernel
 def write_controllable(bound_rows, intervals, ceiling_rows, beta_rows):
-    """Step 1: write beta, N + 1 rows. ceiling_rows: what the limits of velocity allow x to be, x_N last, N + 1 rows."""
+    """Perform step 1: write beta, N + 1 rows.
+
+    ceiling_rows: the maximum x within velocity limits, x_N last, N + 1 rows.
+    """
     step_rows = intervals.steps
     n = intervals.bends.shape[0] // step_rows.shape[0]
     n_intervals = step_rows.shape[0]
@@ -74,7 +79,10 @@ def write_controllable(bound_rows, intervals, ceiling_rows, beta_rows):
 
 @kernel
 def write_fastest(bound_rows, step_rows, n, beta_rows, x_rows, u_rows):
-    """Step 2: write x, N + 1 rows, and u, N rows. The first row of x is where it begins, lowered to what is controllable."""
+    """Perform step 2: write x, N + 1 rows, and u, N rows.
+
+    The first row of x is given, and lowered to beta_0 if it is larger.
+    """
     x = minimum(load(x_rows, 0), load(beta_rows, 0))
     store(x_rows, 0, x)
     for i in range(step_rows.shape[0]):
@@ -90,7 +98,7 @@ def write_fastest(bound_rows, step_rows, n, beta_rows, x_rows, u_rows):
 
 @kernel
 def greatest_x(bound_rows, step_rows, n, i, x, beta):
-    """The greatest x up to a given one for which some u is allowed."""
+    """The largest x, up to a given one, for which some u is allowed."""
     for _ in range(_MAX_STEPS):
         low, low_slope, high, high_slope = lines_at(bound_rows, step_rows, n, i, x, beta)
         gap = (high + high_slope * x) - (low + low_slope * x)
@@ -108,9 +116,9 @@ def greatest_x(bound_rows, step_rows, n, i, x, beta):
 
 @kernel
 def lines_at(bound_rows, step_rows, n, i, x, beta):
-    """At x, the line that bounds u from below and the one from above: value at 0 and slope of each.
+    """The lines that bound u from below and from above at x: value at 0 and slope of each.
 
-    The bounds at the start of the interval and those at its end are gone through side by side: neither waits for the other.
+    The bounds at the start and at the end of the interval are processed side by side, for instruction-level parallelism.
     """
     share = 1.0 / (2.0 * maximum(load(step_rows, i), 1e-300))
     low, high, slope = 0.0 * x, beta * share, 0.0 * x - share
@@ -128,7 +136,10 @@ def lines_at(bound_rows, step_rows, n, i, x, beta):
 
 @kernel
 def with_bound(lines, bound_rows, row, x):
-    """The lines that bound u, each with its value at x, its value at 0 and its slope, with what ``write_bound`` wrote besides."""
+    """Tighten the lines that bound u by a bound from ``write_bound``.
+
+    lines: for the lower and the upper line the value at x, the value at 0 and the slope.
+    """
     low_at, low, low_slope, high_at, high, high_slope = lines
     middle, lower, upper = load(bound_rows, row), load(bound_rows, row + 1), load(bound_rows, row + 2)
     least, most = middle * x + lower, middle * x + upper
@@ -141,7 +152,7 @@ def with_bound(lines, bound_rows, row, x):
 
 @kernel
 def flat_ceiling(bound_rows, intervals, n, i):
-    """The greatest x that rows allow whose slope is 0: there the acceleration is q'' x, whatever u is."""
+    """The largest x allowed by rows with slope 0, whose acceleration q'' x does not depend on u."""
     ceiling = splat(1e300, load(intervals.bends, i * n))
     for j in range(i * n, (i + 1) * n):
         bend = load(intervals.bends, j)
@@ -154,7 +165,7 @@ def flat_ceiling(bound_rows, intervals, n, i):
 
 @kernel
 def write_times(step_rows, x_rows, time_rows):
-    """Write when each grid point is passed [s], N + 1 rows: 2 ds / (sqrt(x_i) + sqrt(x_{i+1}))."""
+    """Write the times of the grid points [s], N + 1 rows: sums of 2 ds / (sqrt(x_i) + sqrt(x_{i+1}))."""
     t = splat(0.0, load(x_rows, 0))
     store(time_rows, 0, t)
     for i in range(step_rows.shape[0]):

@@ -1,4 +1,4 @@
-"""Names what the timing of a path is given, and what it writes (``time_optimal``)."""
+"""Defines the arguments and results of time parameterization (``time_optimal``)."""
 
 from typing import NamedTuple
 
@@ -6,45 +6,45 @@ from numpy.typing import NDArray
 
 
 class PathIntervals(NamedTuple):
-    """The intervals of a path q(s), N in all, and what is limited along it: accelerations, and further rows of the same form."""
+    """The N intervals of a path q(s), with limits of accelerations and of further rows of the same form."""
 
     slopes: NDArray
-    """q' at the start of each, shape (N, n_rows)."""
+    """The first derivatives q' at the starts, shape (N, n_rows)."""
     ends: NDArray
-    """q' at the end of each, shape (N, n_rows)."""
+    """The first derivatives q' at the ends, shape (N, n_rows)."""
     bends: NDArray
-    """q'', which is constant in each, shape (N, n_rows)."""
+    """The second derivatives q'', constant in each interval, shape (N, n_rows)."""
     lows: NDArray
-    """The least acceleration in each, at most 0, shape (N, n_rows)."""
+    """The minimum acceleration in each interval, at most 0, shape (N, n_rows)."""
     highs: NDArray
-    """The greatest acceleration in each, at least 0, shape (N, n_rows)."""
+    """The maximum acceleration in each interval, at least 0, shape (N, n_rows)."""
     steps: NDArray
-    """Their lengths, shape (N,)."""
+    """The lengths of the intervals, shape (N,)."""
 
 
 class TimedIntervals(NamedTuple):
-    """The intervals of a path that is timed, N in all."""
+    """The N intervals of a path with its time parameterization."""
 
     times: NDArray
-    """Their borders [s], shape (N + 1,)."""
+    """The times of the borders [s], shape (N + 1,)."""
     slopes: NDArray
-    """q' at the start of each, shape (N, n_dof)."""
+    """The first derivatives q' at the starts, shape (N, n_dof)."""
     bends: NDArray
-    """q'', which is constant in each, shape (N, n_dof)."""
+    """The second derivatives q'', constant in each interval, shape (N, n_dof)."""
     steps: NDArray
-    """Their lengths, shape (N,)."""
+    """The lengths of the intervals, shape (N,)."""
     speeds: NDArray
-    """ds/dt at the start of each, shape (N,)."""
+    """The path speed ds/dt at the starts, shape (N,)."""
     rates: NDArray
-    """d2s/dt2 in each, shape (N,)."""
+    """The path acceleration d2s/dt2 in each interval, shape (N,)."""
 
 
 class Timing(NamedTuple):
     """The time parameterization of a path."""
 
     x: NDArray
-    """(ds/dt)^2 at the grid points, of which the first is given, shape (N + 1,)."""
+    """(ds/dt)^2 at the grid points, shape (N + 1,); the first value is given."""
     u: NDArray
     """d2s/dt2 in each interval, shape (N,)."""
     times: NDArray
-    """When each grid point is passed [s], shape (N + 1,)."""
+    """The times of the grid points [s], shape (N + 1,)."""

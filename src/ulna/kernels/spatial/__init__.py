@@ -1,1 +1,1 @@
-"""Vectors, rotations and poses."""
+"""Formulas of vectors, rotations and poses."""

@@ -1,4 +1,4 @@
-"""Computes minimum, maximum, sine, cosine and two arc tangents, and says where numbers are in range."""
+"""Computes minimum, maximum, sine, cosine and two arc tangents, and checks ranges of numbers."""
 
 import math
 
@@ -24,7 +24,7 @@ def maximum(x, y):
 
 @kernel
 def clamp(x, limit):
-    """x, or the nearer of -limit and limit."""
+    """The number x clamped to the range from -limit to limit."""
     return minimum(maximum(x, -limit), limit)
 
 
@@ -32,7 +32,7 @@ def clamp(x, limit):
 def sincos(x):
     """Sine and cosine, within about 1 ulp for |x| <= 1e6.
 
-    1. Reduce to |r| <= pi/4 by subtracting k pi/2, pi/2 in three parts of 33 bits (Cody and Waite).
+    1. Reduce to |r| <= pi/4 by subtracting k pi/2, with pi/2 in three parts of 33 bits (Cody and Waite).
     2. Evaluate the polynomials of fdlibm's k_sin.c and k_cos.c.
     3. Swap and sign by the quarter turn k mod 4.
     """
@@ -55,7 +55,7 @@ def sincos(x):
         + z * (2.08757232129817482790e-9
         + z * -1.13596475577881948265e-11))))
     ))  # fmt: skip
-    quarter = k - 4.0 * rint(0.25 * k - 0.125)  # -1 .. 2: by the eighth, half a turn is 2, never -2
+    quarter = k - 4.0 * rint(0.25 * k - 0.125)  # in -1 .. 2: the offset of 1/8 maps half a turn to 2, never to -2
     sin_is_negative = quarter * quarter - quarter > 1.0  # true for -1 and 2
     cos_is_negative = quarter > 0.5  # true for 1 and 2
     odd = sin_is_negative ^ cos_is_negative
@@ -65,10 +65,10 @@ def sincos(x):
 
 @kernel
 def first_quadrant_angle(y, x):
-    """The angle of the point (x, y), both not negative and not both zero: atan2 in [0, pi/2], within 2 ulp.
+    """The angle atan2(y, x) in [0, pi/2] for x, y >= 0, not both zero, within 2 ulp.
 
-    The tangent is brought below tan(pi/8) by reflection and by an eighth of a turn, then the rational approximation of
-    Cephes' atan.c (Moshier) is evaluated.
+    Reflection and rotation by an eighth of a turn bring the tangent below tan(pi/8). Then the rational approximation of Cephes'
+    atan.c (Moshier) is evaluated.
     """
     steep = y > x
     t = where(steep, x, y) / where(steep, y, x)  # in [0, 1]
@@ -85,11 +85,13 @@ def first_quadrant_angle(y, x):
 
 @kernel
 def full_circle_angle(s, c):
-    """The angle in [-pi, pi] whose sine is s and whose cosine is c, with s^2 + c^2 = 1 to rounding: within 2 ulp of pi.
+    """The angle in [-pi, pi] with sine s and cosine c, within 2 ulp of pi.
 
-    1. Reflect into the first octant, and turn by an eighth of a turn what lies beyond half of it: |u| <= sin(pi/8).
+    Up to rounding s^2 + c^2 must be 1.
+
+    1. Reflect into the first octant, and rotate angles in its second half by an eighth of a turn: |u| <= sin(pi/8).
     2. Evaluate asin(u) = u + u z P(z), z = u^2. P interpolates (asin(u) / u - 1) / z at the ten Chebyshev nodes of
-       0 <= z <= sin(pi/8)^2, and misses asin(u) by at most 2.2e-17 of it.
+       0 <= z <= sin(pi/8)^2. The relative error of asin(u) is at most 2.2e-17.
     3. Undo step 1.
     """
     y, x = abs(s), abs(c)
@@ -117,7 +119,7 @@ def full_circle_angle(s, c):
 
 @kernel
 def all_finite(x_rows):
-    """True if every number is finite; there is at least one."""
+    """Whether every number is finite, for at least one number."""
     good = abs(load(x_rows, 0)) <= _LARGEST_FINITE
     for i in range(1, x_rows.shape[0]):
         good = good & (abs(load(x_rows, i)) <= _LARGEST_FINITE)
@@ -126,7 +128,7 @@ def all_finite(x_rows):
 
 @kernel
 def all_in_range(x_rows):
-    """True if every number is finite and at most LARGEST in size."""
+    """Whether every number is finite and at most LARGEST in magnitude."""
     if x_rows.shape[0] == 0:
         return True
     good = abs(load(x_rows, 0)) <= LARGEST

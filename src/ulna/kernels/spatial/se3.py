@@ -1,4 +1,4 @@
-"""Composes, loads and stores poses of twelve numbers, and computes the rotation vector from one to another."""
+"""Composes, loads and stores poses of twelve numbers, and computes rotation vectors between them."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ _TINY = 1e-150  # its square does not underflow
 
 @kernel
 def constant_pose(table, i, like):
-    """The pose in the first twelve columns of row i of a plain table, as numbers of the kind of ``like``."""
+    """The pose in the first twelve columns of row i of a table, as numbers of the type of ``like``."""
     return (
         splat(table[i, 0], like), splat(table[i, 1], like), splat(table[i, 2], like), splat(table[i, 3], like),
         splat(table[i, 4], like), splat(table[i, 5], like), splat(table[i, 6], like), splat(table[i, 7], like),
@@ -41,14 +41,14 @@ def compose(a, b):
 
 @kernel
 def turn_about_z(a, theta):
-    """The pose a followed by a rotation by theta about its own z axis: a @ Rz(theta)."""
+    """Rotate the pose a by theta about its own z axis: a @ Rz(theta)."""
     s, c = sincos(theta)
     return turned_about_z(a, s, c)
 
 
 @kernel
 def turned_about_z(a, s, c):
-    """``turn_about_z`` by the angle whose sine is s and cosine c."""
+    """``turn_about_z`` by the angle with sine s and cosine c."""
     return (
         a[0] * c + a[1] * s, a[1] * c - a[0] * s, a[2], a[3],
         a[4] * c + a[5] * s, a[5] * c - a[4] * s, a[6], a[7],
@@ -58,7 +58,7 @@ def turned_about_z(a, s, c):
 
 @kernel
 def slide_along_z(a, distance):
-    """The pose a followed by a translation along its own z axis: a @ Tz(distance)."""
+    """Translate the pose a along its own z axis: a @ Tz(distance)."""
     return (
         a[0], a[1], a[2], a[3] + a[2] * distance,
         a[4], a[5], a[6], a[7] + a[6] * distance,
@@ -68,7 +68,7 @@ def slide_along_z(a, distance):
 
 @kernel
 def load_pose(rows, i):
-    """Pose i of rows: twelve rows each."""
+    """Load pose i from rows, twelve rows each."""
     j = 12 * i
     return (
         load(rows, j), load(rows, j + 1), load(rows, j + 2), load(rows, j + 3),
@@ -79,7 +79,7 @@ def load_pose(rows, i):
 
 @kernel
 def lane_pose(rows, i, lane):
-    """One lane of pose i of rows, in plain numbers."""
+    """One lane of pose i of the rows, as plain numbers."""
     j = 12 * i
     return (
         rows[j, lane], rows[j + 1, lane], rows[j + 2, lane], rows[j + 3, lane],
@@ -90,7 +90,7 @@ def lane_pose(rows, i, lane):
 
 @kernel
 def store_pose(rows, i, a):
-    """Write a pose to place i of rows."""
+    """Write a pose to position i of the rows."""
     for k in range(12):
         store(rows, 12 * i + k, a[k])
 
@@ -107,9 +107,9 @@ def matrix_pose(matrix):
 
 @kernel
 def rigidity_defect(matrix):
-    """How far a 4x4 matrix is from a rigid motion: the largest fault in R R' - I and the last row.
+    """The largest error of a 4x4 matrix as a rigid motion, in R R' - I and the last row.
 
-    For a reflection about 2; infinite if an entry is not finite, or a position beyond LARGEST.
+    It is about 2 for a reflection, and infinite if an entry is not finite or a position exceeds LARGEST.
     """
     defect = 0.0
     for r in range(3):
@@ -131,7 +131,7 @@ def rigidity_defect(matrix):
 
 @kernel
 def worse(defect, fault):
-    """The larger of a defect and the size of a fault; infinity if the fault is NaN, so that nothing later hides it."""
+    """The larger of two errors, in magnitude; infinite if the second is NaN, so that no later step hides it."""
     if not abs(fault) <= LARGEST:
         return np.inf
     return max(defect, abs(fault))
@@ -141,9 +141,9 @@ def worse(defect, fault):
 def rotation_vector(r):
     """The rotation vector (axis times angle, angle in [0, pi]) of a rotation matrix, by rows: the logarithm of SO(3).
 
-    1. Four candidates for the unit quaternion, each a column of 4 q q' (Shepperd, J. Guidance and Control 1978);
-       take the one with the largest diagonal element, so that nothing cancels, near pi either.
-    2. Turn it so that w >= 0; the angle is 2 atan2(|v|, w) and the axis v / |v|.
+    1. The columns of 4 q q' are four candidates for the unit quaternion (Shepperd, J. Guidance and Control 1978). Take the one
+       with the largest diagonal element, which avoids cancellation, also near pi.
+    2. Choose the sign with w >= 0. The angle is 2 atan2(|v|, w), the axis v / |v|.
     """
     (r00, r01, r02), (r10, r11, r12), (r20, r21, r22) = r
     w2, x2 = 1.0 + r00 + r11 + r22, 1.0 + r00 - r11 - r22
@@ -166,7 +166,7 @@ def rotation_vector(r):
 
 @kernel
 def rotation_between(a, b):
-    """The rotation vector that turns pose a's axes into pose b's, in the axes in which both are given: log(R_b R_a')."""
+    """The rotation vector from pose a's axes to pose b's, in the axes of their common frame: log(R_b R_a')."""
     r = (
         (
             b[0] * a[0] + b[1] * a[1] + b[2] * a[2],

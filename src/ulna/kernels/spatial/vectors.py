@@ -6,7 +6,7 @@ from ulna.engine.lanes import load, store, where
 
 @kernel
 def load_vector(rows, j):
-    """Rows j, j + 1, j + 2."""
+    """Load a vector from rows j, j + 1, j + 2."""
     return load(rows, j), load(rows, j + 1), load(rows, j + 2)
 
 
@@ -20,25 +20,25 @@ def store_vector(rows, j, v):
 
 @kernel
 def plus(a, b):
-    """a + b."""
+    """The sum a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @kernel
 def minus(a, b):
-    """a - b."""
+    """The difference a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @kernel
 def scaled(a, x):
-    """The vector a times a number."""
+    """The vector a times the number x."""
     return a[0] * x, a[1] * x, a[2] * x
 
 
 @kernel
 def add_scaled(a, x, b):
-    """a + x b."""
+    """The sum a + x b."""
     return a[0] + x * b[0], a[1] + x * b[1], a[2] + x * b[2]
 
 
@@ -56,7 +56,7 @@ def cross(a, b):
 
 @kernel
 def chosen(mask, a, b):
-    """a where the mask is true, b elsewhere."""
+    """The vector a where the mask is true, b elsewhere."""
     return where(mask, a[0], b[0]), where(mask, a[1], b[1]), where(mask, a[2], b[2])
 
 
@@ -86,7 +86,7 @@ def origin(a):
 
 @kernel
 def rotate(a, v):
-    """R v: the vector v from the axes of pose a to the axes of its parent frame."""
+    """Transform the vector v from the axes of pose a to its parent's axes: R v."""
     return (
         a[0] * v[0] + a[1] * v[1] + a[2] * v[2],
         a[4] * v[0] + a[5] * v[1] + a[6] * v[2],
@@ -96,7 +96,7 @@ def rotate(a, v):
 
 @kernel
 def rotate_inverse(a, v):
-    """R' v: the vector v from the axes of the parent frame to the axes of pose a."""
+    """Transform the vector v from the parent's axes to the axes of pose a: R' v."""
     return (
         a[0] * v[0] + a[4] * v[1] + a[8] * v[2],
         a[1] * v[0] + a[5] * v[1] + a[9] * v[2],
@@ -106,25 +106,25 @@ def rotate_inverse(a, v):
 
 @kernel
 def transform(a, p):
-    """R p + t: the point p from the frame of pose a to its parent frame."""
+    """Transform the point p from the frame of pose a to its parent frame: R p + t."""
     return plus(rotate(a, p), origin(a))
 
 
 @kernel
 def transform_inverse(a, p):
-    """R' (p - t): the point p from the parent frame to the frame of pose a."""
+    """Transform the point p from the parent frame to the frame of pose a: R' (p - t)."""
     return rotate_inverse(a, minus(p, origin(a)))
 
 
 @kernel
 def times(r, v):
-    """R v, for a matrix of three rows."""
+    """The product R v, for a matrix of three rows."""
     return dot(r[0], v), dot(r[1], v), dot(r[2], v)
 
 
 @kernel
 def transposed_times(r, v):
-    """R' v, for a matrix of three rows."""
+    """The product R' v, for a matrix of three rows."""
     return (
         r[0][0] * v[0] + r[1][0] * v[1] + r[2][0] * v[2],
         r[0][1] * v[0] + r[1][1] * v[1] + r[2][1] * v[2],

@@ -1,15 +1,15 @@
-"""One iteration of AORRTC, which looks for a path that costs less than a bound.
+"""Implements an iteration of AORRTC, which searches for a path with a cost below a bound.
 
 Wilson, Thomason, Kingston and Gammell, AORRTC: almost-surely asymptotically optimal planning with RRT-Connect (RA-L 2025), after
-Hauser and Zhou, Asymptotically optimal planning by feasible kinodynamic planning in a state-cost space (T-RO 2016). A node has
-a cost, the length of its way from the root of its tree; g and h are the distances of a configuration from the nearest root of
-its own tree and of the other. They are lower bounds of the cost to come and to go.
+Hauser and Zhou, Asymptotically optimal planning by feasible kinodynamic planning in a state-cost space (T-RO 2016). The cost of
+a node is the length of its path from the root of its tree. Let g and h be the distances of a configuration from the nearest root
+of its own tree and of the other tree. They are lower bounds of the cost to come and the cost to go.
 
-1. A sample with g + h not below the bound is skipped. Its own bound of the cost is drawn between g and the bound less h.
-2. Of the nodes from which the sample costs no more than that, the nearest takes a step towards it. If the end of the step costs
-   with its h less than the bound, and the edge is free, it is a new node.
-3. Its parent is drawn again, with a lower bound of its cost, as long as that makes it cheaper.
-4. The other tree steps towards it, from the nearest of the nodes from which it costs less than the bound leaves.
+1. A sample is skipped unless g + h is below the bound. Otherwise its cost bound is drawn between g and the bound minus h.
+2. Among the nodes from which the sample's cost is within its cost bound, the nearest is extended by a step towards the sample.
+   The end becomes a new node if its cost plus its h is below the bound and the edge is free.
+3. A new parent is drawn, with a lower cost bound, as long as this lowers the cost of the node.
+4. The other tree is extended towards the node, from the nearest node that keeps the total cost below the bound.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -26,7 +26,7 @@ INF = float("inf")
 
 @kernel
 def grow_cheaper(context, samples, trees, steps, state):
-    """As ``rrt_connect.grow_trees``, by these iterations."""
+    """Search by iterations of AORRTC; same results as ``rrt_connect.grow_trees``."""
     while state.checks < state.until:
         if is_full(trees, context.settings, state):
             return FULL
@@ -39,7 +39,7 @@ def grow_cheaper(context, samples, trees, steps, state):
 
 @routine
 def iterate_cheaper(context, samples, trees, steps, state):
-    """Steps 1 to 4; whether the trees are joined, by a path that costs less than the bound."""
+    """Perform steps 1 to 4; True if a path with a cost below the bound joins the trees."""
     own, bound = next_tree(state), context.settings.bound
     row = read_sample(samples, context.space, state, steps.target)
     share = samples[row, context.space.shape[0]]
@@ -58,7 +58,11 @@ def iterate_cheaper(context, samples, trees, steps, state):
 
 @routine
 def cheaper_step(context, trees, tree, steps, state, share):
-    """Steps 1 and 2, from the sample ``target`` to ``new``: the node that takes the step, -1 if none does, and the end's cost."""
+    """Perform steps 1 and 2, from the sample ``target`` to ``new``.
+
+    Returns:
+        The extended node, or -1; and the cost of ``new``.
+    """
     space, bound, rows, costs = context.space, context.settings.bound, trees.rows[tree], trees.costs[tree]
     target, at, new = steps.target, steps.at, steps.new
     least = from_roots(trees, tree, target, at, space, state)
@@ -81,9 +85,9 @@ def cheaper_step(context, trees, tree, steps, state, share):
 
 @routine
 def cheaper_parent(context, trees, tree, steps, state, found, share):
-    """Step 3: a parent of the configuration ``new`` that makes it cheaper, if one is drawn, else that found; and its cost.
+    """Perform step 3: the best drawn parent of the configuration ``new``, and the cost of ``new``.
 
-    found: the parent so far, and the cost of ``new`` behind it.
+    found: the first parent, and the cost of ``new`` with it.
     """
     parent, cost = found
     space, rows, costs, at, new = context.space, trees.rows[tree], trees.costs[tree], steps.at, steps.new
@@ -105,7 +109,7 @@ def cheaper_parent(context, trees, tree, steps, state, found, share):
 
 @routine
 def connect_below(context, trees, tree, steps, state, bound):
-    """Step 4, towards the configuration ``new``: the node of the tree that reaches it for less than a bound, or -1."""
+    """Perform step 4, towards the configuration ``new``: the node that reaches it with a cost below a bound, or -1."""
     space, new, at, goal = context.space, steps.target, steps.at, steps.new
     rows, costs = trees.rows[tree], trees.costs[tree]
     node = nearest_below(rows, costs, state.nodes[tree], goal, bound, space)
@@ -143,7 +147,7 @@ def from_roots(trees, tree, q, at, space, state):
 
 @routine
 def nearest_below(rows, costs, n, q, bound, space):
-    """Of the n nodes of a tree from which q costs at most a bound, the nearest to q (the first of several); -1 without any."""
+    """The nearest of n nodes from which the cost of q is at most a bound; -1 without any."""
     least, block = nearest_below_in_lanes(rows, costs, (n + WIDTH - 1) // WIDTH, q, bound, space)
     best, node = INF, -1
     for lane in range(WIDTH):
@@ -155,11 +159,11 @@ def nearest_below(rows, costs, n, q, bound, space):
 
 @routine
 def cost_of(costs, node):
-    """The cost of a node."""
+    """The cost to reach a node."""
     return costs[node // WIDTH, node % WIDTH]
 
 
 @routine
 def set_cost(costs, node, cost):
-    """Set the cost of a node."""
+    """Set the cost to reach a node."""
     costs[node // WIDTH, node % WIDTH] = cost

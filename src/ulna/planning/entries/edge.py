@@ -1,4 +1,4 @@
-"""Decides whether an edge of a plan is free and keeps its constraints, and remembers the last ones that do not."""
+"""Checks whether an edge is free and satisfies the constraints, and records refused edges."""
 
 from typing import NamedTuple
 
@@ -15,9 +15,9 @@ from ulna.planning.search_records import MAX_REFUSED, SearchSettings
 
 
 class EdgeContext(NamedTuple):
-    """All that ``is_free`` needs besides an edge: the scene with its workspaces, the settings, the space.
+    """The arguments of ``is_free`` besides the edge: the scene with its workspaces, the settings, the space.
 
-    An entry makes it, since Numba lets no function return a record.
+    Entries build it, since no function can return a record in Numba.
     """
 
     check: EdgeCheck
@@ -25,12 +25,12 @@ class EdgeContext(NamedTuple):
     space: NDArray
     no_spread: NDArray
     keeping: Keeping | None
-    """None without constraints: what is for these alone is not compiled then."""
+    """The constraints; None without any, so that their code is not compiled."""
 
 
 @workspace
 def without_turns(space):
-    """The space of edges from q_a straight to q_b, also where a joint that turns without end has a shorter way."""
+    """A copy of the space without periods, in which joints without limits do not take the shorter turn."""
     space = space.copy()
     for k in range(space.shape[0]):
         space[k].period = 0.0
@@ -39,9 +39,10 @@ def without_turns(space):
 
 @routine
 def is_free(context, q_a, q_b, spread):
-    """Whether all within ``spread`` of the edge from q_a to q_b is free: certainly, or at samples, as the settings say.
+    """Whether an edge from q_a to q_b is free and satisfies the constraints, including all within ``spread`` of it.
 
-    And whether it keeps the constraints, for certain in any case: that is known first, since it takes less time.
+    Depending on the settings, collisions are certified or checked at samples. The constraints are always certified, and checked
+    first, since this takes less time.
     """
     if not keeps_all(context.check.scene.joints, context.keeping, context.check.work, q_a, q_b, spread):
         return False
@@ -50,9 +51,9 @@ def is_free(context, q_a, q_b, spread):
 
 @routine
 def is_clear(context, q_a, q_b, spread, resolution):
-    """Whether nothing touches within ``spread`` of the edge from q_a to q_b: certainly, or at samples, as the settings say.
+    """Whether an edge from q_a to q_b is free of contacts within ``spread``, by certificate or at samples.
 
-    resolution: of the certificate [m]; infinite for one look at the edge.
+    resolution: the resolution of the certificate [m]; infinite for a single test without subdivision.
     """
     check, edge, margin, sampled = context.check, Edge(q_a, q_b, spread), context.settings.margin, context.settings.sample_spacing
     if sampled > 0.0:
@@ -63,7 +64,7 @@ def is_clear(context, q_a, q_b, spread, resolution):
 
 @kernel
 def passes(context, q_a, q_b, refused, state):
-    """Count an edge of a search; whether it is free. One that is not is kept in ``refused``, in the place of the oldest."""
+    """Check and count an edge of a search: whether it is free. A refused edge is recorded in ``refused``."""
     state.checks += 1
     if is_free(context, q_a, q_b, context.no_spread):
         return True
@@ -73,7 +74,7 @@ def passes(context, q_a, q_b, refused, state):
 
 @routine
 def keep(q_a, q_b, refused, state):
-    """Keep an edge that is not free."""
+    """Record a refused edge in place of the oldest one."""
     place = state.refused % MAX_REFUSED
     state.refused += 1
     for k in range(refused.shape[2]):

@@ -1,10 +1,10 @@
-"""Extends a tree by a step: by one edge, or with constraints along them, by as many edges as they need.
+"""Extends a tree by a step: one edge, or several edges along constraints.
 
-With constraints a step is made of strides towards its end, so long that eight edges suffice for each. A stride is tried as it is.
-Else it is divided into eight, and the eight configurations are projected at once (CBiRRT: Berenson, Srinivasa, Ferguson and
-Kuffner, ICRA 2009). From where it is, the tree goes straight to the last of them; if that edge does not keep the constraints,
-half as far, and so on. So a loose constraint takes one edge, and a tight one up to eight for a stride. These are near to their
-chord, so that one certificate of it with a spread (``edge``), or two, mostly show that nothing touches on any of them.
+With constraints, a step consists of strides, each short enough for eight edges. First the stride itself is tried as one edge. If
+it violates the constraints, it is divided into eight, and the eight configurations are projected onto the constraints at once
+(CBiRRT: Berenson, Srinivasa, Ferguson and Kuffner, ICRA 2009). The tree then goes straight to the last of them, or half as far if
+that edge violates the constraints, and so on. So a loose constraint needs one edge per stride, a tight one up to eight. All edges
+of a stride lie close to one chord, so one collision certificate of the chord with a spread (``edge``) usually covers all.
 """
 
 import numpy as np
@@ -17,22 +17,24 @@ from ulna.planning.entries.keeping import keeps_all, project
 from ulna.planning.entries.tree import add_node, read_sample, sample_entry
 from ulna.planning.search_records import BESIDE, REACHED, STOPPED
 
-MIN_PROGRESS = 0.25  # of a stride: less leads nowhere
+MIN_PROGRESS = 0.25  # minimum progress, as a share of a stride
 
 
 @kernel
 def extend(context, trees, tree, near, step, radius, state):
-    """Add the nodes of a step from a node of a tree. Returns the last node, or -1 if none was added, and how the step ended.
+    """Add the nodes of a step from a node of a tree.
 
-    step: the node's configuration, and the one to reach, which becomes the last node's. The end is STOPPED, BESIDE or REACHED
-    (``search_records``).
+    step: the node's configuration, and the target, which is overwritten by the last node's.
+
+    Returns:
+        The last node, or -1 if none was added; and how the step ended: STOPPED, BESIDE or REACHED (``search_records``).
     """
     return extend_by(context.keeping, context, trees, (tree, near), step, radius, state)
 
 
 @kernel
 def extend_by(keeping, context, trees, own, step, radius, state):
-    """``extend``, with the constraints of the context or None. own: the tree, and its node."""
+    """``extend``, compiled for the constraints of the context or None. own: the tree, and its node."""
     tree, near = own
     if keeping is not None:
         return extend_along(context, trees, own, step, radius, state)
@@ -43,7 +45,7 @@ def extend_by(keeping, context, trees, own, step, radius, state):
 
 @routine
 def extend_along(context, trees, own, step, radius, state):
-    """``extend`` along the constraints; the configuration of the node is moved to the last node."""
+    """``extend`` along the constraints; the configuration of the node is overwritten by the last node's."""
     (tree, near), (at, new) = own, step
     curve, settings, space, node, end = context.keeping.curve, context.settings, context.space, near, BESIDE
     aim = curve[WIDTH + 1]
@@ -69,22 +71,22 @@ def extend_along(context, trees, own, step, radius, state):
 
 @kernel
 def gains_little(at, goal, before, share, space):
-    """Whether a stride of a share of the way brought ``at`` so little nearer to a goal that it leads nowhere."""
+    """Whether a stride by a share of the distance made less than the minimum progress towards a goal."""
     return distance(at, goal, space) > before * (1.0 - MIN_PROGRESS * share)
 
 
 @routine
 def copy_point(q, out):
-    """Write a configuration to the place of another one."""
+    """Copy a configuration."""
     for k in range(q.shape[0]):
         out[k] = q[k]
 
 
 @routine
 def write_curve(context, q_a, q_b, state):
-    """Write the corners of a way along the constraints from q_a to q_b; how many, without q_a, and how it ends.
+    """Write the waypoints of a path along the constraints from q_a to q_b: their number, without q_a, and the end.
 
-    All its edges are free and keep the constraints. Where it is STOPPED, the last row has what could not be reached.
+    All edges are free and satisfy the constraints. If the end is STOPPED, row WIDTH has the configuration that was not reached.
     """
     rows, curve, n, done = context.keeping.way_rows, context.keeping.curve, 0, 0
     state.checks += 1
@@ -117,7 +119,7 @@ def write_curve(context, q_a, q_b, state):
 
 @routine
 def clear_until(context, q_a, n, state):
-    """How many of the n edges of a way from q_a are free of contacts, from the first on."""
+    """The number of free edges before the first contact, among n edges of a path from q_a."""
     curve, spread, done, size = context.keeping.curve, context.keeping.curve[WIDTH + 2], 0, n
     while done < n:
         size = min(size, n - done)
@@ -135,20 +137,20 @@ def clear_until(context, q_a, n, state):
 
 @routine
 def write_spread(curve, first, n, before, spread):
-    """Write how far from their chord the corners of n edges are in each entry of q: no farther is any point of these edges.
+    """Write the largest distance of the corners of n edges from their chord in each entry of q.
 
-    before: where the edges begin, before the corner ``first``.
+    No point of these edges is farther from the chord. before: the start of the edges, before the corner ``first``.
     """
     for k in range(before.shape[0]):
         spread[k], chord = 0.0, curve[first + n - 1, k] - before[k]
         for i in range(n - 1):
             spread[k] = max(spread[k], abs(curve[first + i, k] - before[k] - (i + 1) / n * chord))
-        spread[k] *= 1.0 + 1e-9  # of what it was rounded by
+        spread[k] *= 1.0 + 1e-9  # for rounding
 
 
 @routine
 def write_way(at, new, rows):
-    """Write eight configurations of a step, the last of them its end."""
+    """Write eight configurations that divide a step, the last of them its end."""
     for lane in range(WIDTH):
         share = (lane + 1) / WIDTH
         for k in range(new.shape[0]):
@@ -157,7 +159,7 @@ def write_way(at, new, rows):
 
 @kernel
 def read_target(keeping, context, samples, state, q):
-    """Write the configuration of the next sample to q: as it is, or with constraints projected onto them."""
+    """Write the configuration of the next sample to q, projected onto the constraints if there are any."""
     if keeping is None:
         read_sample(samples, context.space, state, q)
     else:

@@ -1,14 +1,14 @@
-"""Bounds by how much an edge leaves its constraints, and projects configurations onto them.
+"""Bounds the violation of constraints on an edge, and projects configurations onto constraints.
 
-An edge is divided into intervals as in ``collision.entries.continuous``. What is bounded is the greatest share of its tolerance
-that any constraint uses on the edge (``kernels.planning.keeping``): 1 is as much as is allowed. A level is kept, from which on
-intervals count; it is at all times at least ``apart`` above each share that was seen:
+The bound is for the largest share of its tolerance that any constraint uses on the edge (``kernels.planning.keeping``); 1 is the
+limit. An edge is divided into intervals as in ``collision.entries.continuous``. The algorithm maintains a level, at least
+``apart`` above each share found so far:
 
-1. An interval whose bound is not above the level is done with. Others are split.
-2. The level is the bound of the whole edge when no interval is left. It is more than the truth by ``apart`` at most.
+1. An interval whose bound is at most the level is finished. Other intervals are split.
+2. When no interval is left, the level is the bound for the whole edge. It is at most ``apart`` above the true value.
 
-From the level 0 on that measures an edge. From 1 on, with an end as soon as the level is above 1, it decides whether the edge
-keeps its constraints: then a share of 1 - ``apart`` is kept for certain, and one above 1 is refused for certain.
+Starting with the level 0, it measures an edge. Starting with 1, and ending once the level exceeds 1, it decides whether the edge
+satisfies the constraints. Then a share up to 1 - ``apart`` is certainly accepted, and a share above 1 certainly refused.
 """
 
 from typing import NamedTuple
@@ -29,63 +29,63 @@ from ulna.kernels.planning.constraint_records import Constraint, Constraints, En
 from ulna.kernels.planning.keeping import keep_shares, write_keep_bounds
 from ulna.kernels.planning.projection import project_step
 
-APART = 1e-4  # of a tolerance: what is nearer to it may be refused
-_SHORTEST = 1e-13  # of t: half of an interval that is not split
-_MAX_STEPS = 12  # of a projection
+APART = 1e-4  # share of a tolerance: an edge nearer to the limit may be refused
+_SHORTEST = 1e-13  # half-width of the shortest interval, which is not split
+_MAX_STEPS = 12  # maximum steps of a projection
 _INF = float("inf")
 
 
 class Bound(NamedTuple):
-    """How near a bound of a share has to be to the truth, and where it is of no interest."""
+    """The required precision of a bound, and the range of interest."""
 
     level: float
-    """It is at least this."""
+    """The minimum of the bound."""
     apart: float
-    """By how much it is more than the truth at most; times the share, if that is above 1."""
+    """The largest excess of the bound over the true value; relative for values above 1."""
     most: float
-    """From here on the search ends."""
+    """The value above which the computation ends."""
 
 
 class Moving(NamedTuple):
-    """The joints at eight configurations of an edge; the names are those of ``Carried``, and so are the shapes."""
+    """The joints at eight configurations of an edge, with the names and shapes of ``Carried``."""
 
     steps: NDArray
     speeds: NDArray
-    """Of the origins of the two frames of each constraint, shape (2 n, n_joints + 1)."""
+    """The speeds of the origins of each constraint's two frames, shape (2 n, n_joints + 1)."""
     bends: NDArray
     joint_rows: NDArray
     twist_rows: NDArray
 
 
 class Keeping(NamedTuple):
-    """Constraints, with room to bound and to project them."""
+    """Constraints with their workspaces for bounds and projections."""
 
     keeps: Constraints
     """The constraints."""
     slacks: NDArray
-    """What rounding and the spread add to each (``kernels.planning.keeping``), shape (n, 3)."""
+    """The additions for rounding and the spread (``kernels.planning.keeping``), shape (n, 3)."""
     share_rows: NDArray
     """Shares at the middles of eight intervals, and their bounds: two rows."""
     moving: Moving
     bound_rows: NDArray
-    """Lower and then upper bounds of q, 2 n_dof rows; so many as q has entries, none if nothing is projected."""
+    """Lower bounds of q, then upper bounds, 2 n_dof rows; no rows without projections."""
     jacobian_rows: NDArray
-    """6 n_dof rows."""
+    """A Jacobian, 6 n_dof rows."""
     system_rows: NDArray
-    """Those of a damped system."""
+    """A damped system."""
     way_rows: NDArray
     """Eight configurations of a step, n_dof rows."""
     curve: NDArray
-    """The corners of a way along the constraints, and three more rows, shape (11, n_dof)."""
+    """The waypoints of a path along the constraints, and three more rows, shape (11, n_dof)."""
     sample_rows: NDArray
-    """Eight samples, projected, n_dof rows."""
+    """Eight projected samples, n_dof rows."""
     sampled: NDArray
-    """Which eight they are, by an eighth of the first one's number, shape (1,)."""
+    """The index of the block of eight samples in ``sample_rows``, shape (1,)."""
 
 
 @workspace
 def keeping_of(joints, keeps, space):
-    """Constraints with their room, or None. space: where configurations are projected."""
+    """Constraints with their workspaces, or None. space: the range of projected configurations."""
     if keeps is None:
         return None
     return room_of(joints, keeps, bounds_of(space))
@@ -93,7 +93,7 @@ def keeping_of(joints, keeps, space):
 
 @workspace
 def bounds_of(space):
-    """Lower and then upper bounds of q, 2 n_dof rows."""
+    """Lower bounds of q, then upper bounds, 2 n_dof rows."""
     n_dof = space.shape[0]
     bound_rows = empty_rows(2 * n_dof)
     for k in range(n_dof):
@@ -106,7 +106,7 @@ def bounds_of(space):
 
 @workspace
 def room_of(joints, keeps, bound_rows):
-    """Constraints with their room. bound_rows: of q; none if nothing is projected."""
+    """Constraints with their workspaces. bound_rows: bounds of q; no rows without projections."""
     n, n_joints, n_dof = keeps.allowed.shape[0], joints.shape[0], bound_rows.shape[0] // 2
     moving = Moving(
         steps_of(joints), np.empty((2 * n, n_joints + 1)), np.empty((2 * n, n_joints + 1)),
@@ -124,7 +124,7 @@ CONSTRAINTS = Group((TABLE, Array(Constraint, 1, constant=True)), Constraints)
 
 @entry((TABLE, CONSTRAINTS, MATRIX, MATRIX, Group((NUMBER, NUMBER, NUMBER), Bound), NUMBERS))
 def shares_of_edges(joints, keeps, q_a, q_b, bound, shares):
-    """Write to shares, shape (n,), the bound of the edge from each row of q_a to that of q_b; see ``greatest_share``."""
+    """Write ``greatest_share`` of each edge, from a row of q_a to a row of q_b, to shares, shape (n,)."""
     keeping, work, no_spread = room_of(joints, keeps, empty_rows(0)), interval_work(q_a.shape[1]), np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):
         shares[e] = greatest_share(joints, keeping, work, Edge(q_a[e], q_b[e], no_spread), bound)
@@ -133,7 +133,7 @@ def shares_of_edges(joints, keeps, q_a, q_b, bound, shares):
 
 @entry((TABLE, CONSTRAINTS, Array(Entry, 1), MATRIX))
 def project_each(joints, keeps, space, q):
-    """Move each row of q, shape (n, n_dof), onto the constraints, as near as _MAX_STEPS get it. space: its bounds."""
+    """Project each row of q, shape (n, n_dof), onto the constraints by at most _MAX_STEPS steps. space: its bounds."""
     n, n_dof = q.shape
     keeping, no_spread, rows = keeping_of(joints, keeps, space), np.zeros(n_dof), empty_rows(n_dof)
     for first in range(0, n, WIDTH):
@@ -149,7 +149,7 @@ def project_each(joints, keeps, space, q):
 
 @kernel
 def keeps_all(joints, keeping, work, q_a, q_b, spread):
-    """Whether all within ``spread`` of an edge certainly keeps the constraints, if there are any."""
+    """Whether an edge, with all within ``spread`` of it, certainly satisfies the constraints, if there are any."""
     if keeping is None:
         return True
     return greatest_share(joints, keeping, work, Edge(q_a, q_b, spread), Bound(1.0, APART, 1.0)) <= 1.0
@@ -157,9 +157,9 @@ def keeps_all(joints, keeping, work, q_a, q_b, spread):
 
 @routine
 def greatest_share(joints, keeping, work, edge, bound):
-    """A bound (``Bound``) of the share of a tolerance that is used on an edge, and within its spread; the edge is in range.
+    """An upper bound (``Bound``) of the share of a tolerance that an edge uses, within its spread.
 
-    It is more than the truth by ``apart`` at most, unless it is ``level``, or above ``most``.
+    It is at most ``apart`` above the true value, unless it equals ``level`` or exceeds ``most``. The edge must be in range.
     """
     (q_a, q_b, spread), (level, apart, most) = edge, bound
     _, lane_rows, waiting, _ = work
@@ -189,7 +189,7 @@ def greatest_share(joints, keeping, work, edge, bound):
 
 @shared_routine
 def write_shares(joints, keeping, q_rows, half):
-    """Write the shares that are used at eight configurations, and their bounds within ``half``."""
+    """Write the used shares at eight configurations, and their bounds within ``half``."""
     moving = keeping.moving
     tree_poses(joints, q_rows, moving.joint_rows)
     write_twists(joints, moving, half)
@@ -200,9 +200,9 @@ def write_shares(joints, keeping, q_rows, half):
 
 @routine
 def project(joints, keeping, near, no_spread, q_rows):
-    """Move eight configurations onto the constraints, within the bounds, where they are not: as near as _MAX_STEPS get them.
+    """Project eight configurations onto the constraints, within the bounds, by at most _MAX_STEPS steps.
 
-    near: a configuration in range, by which rounding is bounded; no_spread: zeros; shape (n_dof,) each.
+    near: a configuration in range, for bounds of rounding. no_spread: zeros. Their shape is (n_dof,).
     """
     write_steps(joints, near, near, no_spread, keeping.moving.steps)
     write_keep_bounds(joints, keeping.keeps, keeping.moving, keeping.slacks)

@@ -1,18 +1,18 @@
-"""One iteration of RRT-Connect: two trees grow towards each other until an edge joins them.
+"""Implements RRT-Connect: two trees grow towards each other until an edge joins them.
 
-Kuffner and LaValle, RRT-Connect: an efficient approach to single-query path planning (ICRA 2000), with the domains of Jaillet et
-al., Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005):
+Sources: Kuffner and LaValle, RRT-Connect: an efficient approach to single-query path planning (ICRA 2000). Jaillet et al.,
+Adaptive tuning of the sampling domain for dynamic-domain RRTs (IROS 2005), for the domains of nodes.
 
-1. If the straight edge from the start to a goal is free, that is the path; also, later, from the start to a new node of the
-   second tree. With constraints, also steps along them from the start towards the first goal.
-2. Take the next sample; unless one tree has twice as many nodes as the other, the trees change roles.
-3. Find the nearest node of the first tree. If the sample lies outside its domain, take the next sample; but not more than
-   MAX_SKIPPED times.
-4. Step from the node towards the sample, by at most ``settings.range``, or less if edges of this tree have failed for long.
-   If the edge is free, its end is a new node, else the node's domain shrinks. With constraints a step leads along them
+1. Try the straight edge from the start to each goal, and later to each new node of the second tree. If it is free, the path is
+   found. With constraints, also try steps along them from the start towards the first goal.
+2. Take the next sample. The trees change roles, unless one tree has at least twice as many nodes as the other.
+3. Find the nearest node of the first tree. If the sample lies outside its domain, take the next sample, at most MAX_SKIPPED
+   times.
+4. Extend the node by a step towards the sample, of length ``settings.range`` at most, or less after many failed edges of this
+   tree. If the edge is free, its end becomes a new node; else the node's domain shrinks. With constraints, a step follows them
    (``extension``).
-5. Step from the nearest node of the second tree towards the new node, again and again, until it is reached, which joins the
-   trees, or an edge is not free.
+5. Extend the nearest node of the second tree towards the new node, until it is reached or an edge is not free. If it is reached,
+   the trees are joined.
 """
 
 import numpy as np
@@ -38,7 +38,7 @@ from ulna.planning.search_records import (
 
 @kernel
 def grow_trees(context, samples, trees, steps, state):
-    """Search until the trees are joined, or ``state.until`` edges were checked, or nodes or samples run out.
+    """Search until the trees are joined, ``state.until`` edges are checked, or nodes or samples run out.
 
     Returns SOLVED, PAUSED, FULL or NO_SAMPLE.
     """
@@ -57,7 +57,7 @@ def grow_trees(context, samples, trees, steps, state):
 
 @kernel
 def joins_directly(context, trees, steps, state):
-    """Step 1: whether the straight edge from the first start to the next node of the second tree is free."""
+    """Perform step 1: whether the start is joined to the next node of the second tree."""
     goal, at, end = state.direct, steps.at, steps.new
     state.direct += 1
     read_node(trees.rows[0], 0, steps.target)
@@ -73,7 +73,7 @@ def joins_directly(context, trees, steps, state):
 
 @kernel
 def connect_along(keeping, context, trees, goal, steps, state):
-    """With constraints, where the straight edge to the first goal is not free: the node by which they lead there, or -1."""
+    """Step along the constraints, if any, from the start to the first goal: the node that reaches it, or -1."""
     if keeping is None:
         return -1
     return connect(context, trees, 0, steps.new, (steps.at, steps.target), state) if goal == 0 else -1
@@ -81,7 +81,7 @@ def connect_along(keeping, context, trees, goal, steps, state):
 
 @kernel
 def iterate(context, samples, trees, steps, state):
-    """Steps 2 to 5; whether the trees are joined."""
+    """Perform steps 2 to 5; True if the trees are joined."""
     target, at, new, space, own = steps.target, steps.at, steps.new, context.space, next_tree(state)
     read_target(context.keeping, context, samples, state, target)  # 2
     near = nearest_node(trees.rows[own], state.nodes[own], target, space)  # 3
@@ -102,7 +102,7 @@ def iterate(context, samples, trees, steps, state):
 
 @kernel
 def is_skipped(way, radius, state):
-    """Step 3: whether a sample so far away from the nearest node, which has a domain of a radius, is skipped."""
+    """Perform step 3: whether to skip a sample at a distance from the nearest node, whose domain has a radius."""
     if way == 0.0 or (way > radius and state.skipped_in_a_row < MAX_SKIPPED):
         state.skipped_in_a_row += 1
         pass_over(state)
@@ -114,13 +114,13 @@ def is_skipped(way, radius, state):
 
 @kernel
 def longest_step(settings, own, state):
-    """Step 4: how long a step of a tree towards a sample may be."""
+    """The maximum length of a tree's step towards a sample, in step 4."""
     return settings.range / (1 << min(MAX_HALVES, state.failures[own] // FAILURES_PER_HALF))
 
 
 @kernel
 def grow(context, trees, own, near, step, state):
-    """Step 4: extend a tree by a step from a node, and adapt the node's domain. The last node, or -1 if none was added."""
+    """Perform step 4: extend a node by a step, and adapt its domain. The last new node, or -1."""
     settings, radii = context.settings, trees.radii
     before = radii[own, near]
     grown = adapted_domain(before, settings, extended=True)
@@ -132,7 +132,7 @@ def grow(context, trees, own, near, step, state):
 
 @kernel
 def connect(context, trees, tree, goal, step, state):
-    """Step 5, towards a configuration: the node of the tree that reaches it, or -1. step: room for two configurations."""
+    """Perform step 5, towards a configuration: the node that reaches it, or -1. step: room for two configurations."""
     settings, space, rows, (at, new) = context.settings, context.space, trees.rows[tree], step
     node = nearest_node(rows, state.nodes[tree], goal, space)
     read_node(rows, node, at)

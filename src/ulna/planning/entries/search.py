@@ -1,7 +1,7 @@
-"""Searches for a path with two trees, and shortens it: the one entry of planning.
+"""Searches for a path with two trees and shortens it, in slices.
 
-All that a search depends on is in arrays that the caller owns. So it may be ended after any iteration and go on in another call,
-and its bits do not depend on where. There is no clock in it: the samples are given, and the budget is a number of edges.
+The caller owns all arrays of a search. So it may end after any iteration and continue in another call, with the same result bit
+for bit. It uses no clock: the samples are given, and the budget is a number of edges.
 """
 
 import numpy as np
@@ -37,14 +37,13 @@ _PATH = Group((MATRIX, INDICES, MATRIX, Array(ShorteningState, 1)), Path)
 
 @entry(*((scene, keeps, _SEARCH, _TREES, _PATH) for scene in (BOXES, SHAPES) for keeps in (NONE, CONSTRAINTS)))
 def plan_slice(scene, keeps, tables, trees, path):
-    """Go on with a search, and then with the shortening of the path, each until ``until`` of its state edges were checked.
+    """Continue a search, then the shortening of its path, until ``state.until`` edges are checked in each.
 
-    It is one entry, since each compiles what decides whether an edge is free, which takes longest, and since a call takes as long
-    as an edge.
+    Both are one entry for two reasons. Each would compile the edge checks, which take longest; and a call takes as long as a
+    check.
 
-    scene: a ``Scene``; keeps: ``Constraints``, or None; tables: ``SearchTables``; trees: ``Trees``; path: a ``Path``. If that has
-    waypoints already, there is no search. Returns what ``grow_trees`` or ``shorten_path`` does; NO_ROOM if there is not room for
-    the path.
+    scene: a ``Scene``; keeps: ``Constraints``, or None; tables: ``SearchTables``; trees: ``Trees``; path: a ``Path``. A path that
+    already has waypoints is only shortened. Returns a code of ``grow_trees`` or ``shorten_path``; NO_ROOM if the path lacks room.
     """
     settings, space, search, shortening = tables.settings[0], tables.space, tables.state[0], path.state[0]
     n_dof, keeping = space.shape[0], keeping_of(scene.joints, keeps, space)

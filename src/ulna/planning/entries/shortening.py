@@ -10,41 +10,41 @@ from ulna.planning.entries.edge import is_free
 from ulna.planning.entries.extension import gains_little, write_curve
 from ulna.planning.search_records import BESIDE, CONFIRM, NOT_FREE, PAUSED, REACHED, SOLVED, STOPPED
 
-N_ATTEMPTS = 48  # of pass 2
-N_FAILURES = 8  # in a row end it, with constraints
-LEAVE_OUT = 4  # the pass
-N_HALVINGS = 3  # how near to a corner its cut may be: at 1/2, 1/4, 1/8 of its edges
-WORTH_A_CUT = 1e-3  # of the length of a path: what gains less is not tried
-_FIRST_SHARE, _SECOND_SHARE = 0.7548776662466927, 0.5698402909980532  # of the plastic number: Roberts's sequence R2 (2018)
+N_ATTEMPTS = 48  # attempts of pass 2
+N_FAILURES = 8  # failures in a row that end pass 2, with constraints
+LEAVE_OUT = 4  # the number of the pass that removes points
+N_HALVINGS = 3  # cuts of a corner are tried at 1/2, 1/4 and 1/8 of its edges
+WORTH_A_CUT = 1e-3  # minimum gain of a cut, as a share of the path's length
+_FIRST_SHARE, _SECOND_SHARE = 0.7548776662466927, 0.5698402909980532  # 1/p, 1/p^2 of the plastic number: Roberts's R2 (2018)
 
 
 class Cut(NamedTuple):
-    """Room for a short cut, shape (n_dof,) each."""
+    """Workspaces for a shortcut, shape (n_dof,) each."""
 
     first: NDArray
-    """Where it begins."""
+    """The start of the shortcut."""
     second: NDArray
-    """Where it ends."""
+    """The end of the shortcut."""
     at: NDArray
-    """Along constraints: where a step of it begins."""
+    """The start of a step along constraints."""
     new: NDArray
-    """And where it ends."""
+    """The end of a step along constraints."""
 
 
 @routine
 def shorten_path(context, path, cut, state):
-    """Shorten a path in place until nothing is gained, or ``state.until`` edges were checked.
+    """Shorten a path in place, in passes, until all passes end or ``state.until`` edges are checked.
 
-    Of its waypoints ``state.points`` are in use. Returns SOLVED, PAUSED or NOT_FREE. The passes:
+    The first ``state.points`` waypoints are in use. Returns SOLVED, PAUSED or NOT_FREE. The passes:
 
-    1. From each point in turn, go straight to the farthest point that a free edge reaches (Geraerts and Overmars, Creating
-       high-quality paths for motion planning, IJRR 2007).
-    2. Go straight between places at shares of the length given by a low-discrepancy sequence; with constraints along them,
-       without pass 1.
-    3. Cut each corner: between the middles of its two edges, or nearer to it, if that edge is free. What is left of the two edges
-       is part of what was free. Twice.
-    4. Leave out each point without which the edge is free.
-    5. Confirm every edge of the path that was not found free as it is now. Returns NOT_FREE if one is not free.
+    1. From each point in turn, connect straight to the farthest point that a free edge reaches; skipped with constraints.
+       (Geraerts and Overmars, Creating high-quality paths for motion planning, IJRR 2007.)
+    2. Connect two points of the path at shares of its length from a low-discrepancy sequence, by a straight edge or along the
+       constraints.
+    3. Cut each corner by a free edge between the middles of its two edges, or nearer to the corner. The rest of the two edges is
+       part of free edges. Repeat once.
+    4. Remove each point whose neighbors a free edge connects.
+    5. Confirm every edge that is not known to be free. Returns NOT_FREE if an edge is not free.
     """
     while state.checks < state.until:
         if state.stage == CONFIRM:
@@ -60,7 +60,7 @@ def shorten_path(context, path, cut, state):
 
 @kernel
 def goes_on(context, path, cut, state):
-    """One edge of the pass; whether the pass goes on."""
+    """Try one edge of the current pass; False if the pass is finished."""
     if state.stage == 0:
         return context.keeping is None and jump(context, path, state)
     if state.stage == 1:
@@ -72,14 +72,14 @@ def goes_on(context, path, cut, state):
 
 @kernel
 def is_open(context, q_a, q_b, state):
-    """Count an edge; whether it is free."""
+    """Check and count an edge: whether it is free."""
     state.checks += 1
     return is_free(context, q_a, q_b, context.no_spread)
 
 
 @kernel
 def confirms(context, path, state):
-    """Whether the next edge of the path, or what lies within its spread, is free, one way or the other."""
+    """Whether the next edge of the path, within its spread, is free, checked in one direction or the other."""
     i, points, spreads = state.at, path.waypoints, path.spreads
     state.at += 1
     if path.known[i] == 1:
@@ -91,7 +91,7 @@ def confirms(context, path, state):
 
 @kernel
 def jump(context, path, state):
-    """One edge of pass 1; whether the pass goes on."""
+    """Try one edge of pass 1; False if the pass is finished."""
     n, i = state.points, state.at
     if i >= n - 2:
         return False
@@ -107,7 +107,7 @@ def jump(context, path, state):
 
 @kernel
 def leave_out(context, path, state):
-    """One edge of pass 4; whether the pass goes on."""
+    """Try one edge of pass 4; False if the pass is finished."""
     i = state.at
     if i >= state.points - 2:
         return False
@@ -121,7 +121,7 @@ def leave_out(context, path, state):
 
 @kernel
 def short_cut(context, path, cut, state):
-    """One attempt of pass 2; whether the pass goes on."""
+    """Make one attempt of pass 2; False if the pass is finished."""
     points, n, attempt, space = path.waypoints, state.points, state.at, context.space
     if n < 3 or attempt >= N_ATTEMPTS or n + 2 > state.capacity:
         return False
@@ -138,7 +138,7 @@ def short_cut(context, path, cut, state):
 
 @kernel
 def short_cut_by(keeping, context, path, edges, cut, most, state):
-    """The edge of a short cut between two places on edges, or with constraints the edges; whether the pass goes on."""
+    """Try a shortcut between two points on edges, straight or along constraints; False if the pass is finished."""
     i, j = edges
     points = path.waypoints
     if keeping is not None:
@@ -153,9 +153,9 @@ def short_cut_by(keeping, context, path, edges, cut, most, state):
 
 @routine
 def short_cut_along(context, path, i, j, cut, most, state):
-    """Make a short cut between two places on edges i and j, along the constraints, if it is not longer than ``most``.
+    """Make a shortcut along the constraints between points on edges i and j, at most ``most`` long.
 
-    The pass ends after N_FAILURES in a row: one that leads along constraints takes as many edges as a part of the path has.
+    The pass ends after N_FAILURES in a row, since such a shortcut needs as many edges as a part of the path.
     """
     points, last = path.waypoints, path.waypoints.shape[0] - 1
     n = write_detour(context, path, cut, most, state)
@@ -171,9 +171,10 @@ def short_cut_along(context, path, i, j, cut, most, state):
 
 @routine
 def write_detour(context, path, cut, most, state):
-    """Write the corners of a way from cut.first to cut.second along the constraints to the last rows of a path; how many.
+    """Write the waypoints along the constraints from cut.first (excluded) to cut.second: their number.
 
-    From the last row on backwards. Without cut.first; 0 if there is no way, or it is longer than ``most``, or there is no room.
+    They are written to the path's last rows, from the last row backwards. The number is 0 if there is no such path, or it is
+    longer than ``most``, or there is no room.
     """
     space, points, curve, at, new, n, way = context.space, path.waypoints, context.keeping.curve, cut.at, cut.new, 0, 0.0
     for k in range(at.shape[0]):
@@ -200,11 +201,11 @@ def write_detour(context, path, cut, most, state):
 
 @kernel
 def cut_corner(context, path, cut, state):
-    """One edge of pass 3; whether the pass goes on."""
+    """Try one edge of pass 3; False if the pass is finished."""
     points, n, i, space = path.waypoints, state.points, state.at + 1, context.space
     if i >= n - 1 or n + 1 > state.capacity:
         return False
-    share = 0.5 / (1 << state.halvings)  # a power would call exp2, which is not in the wheel
+    share = 0.5 / (1 << state.halvings)  # a shift, since a power would call exp2, which the wheel lacks
     write_step(points[i], points[i - 1], share, space, cut.first)
     write_step(points[i], points[i + 1], share, space, cut.second)
     around = share * (distance(points[i - 1], points[i], space) + distance(points[i], points[i + 1], space))
@@ -226,7 +227,7 @@ def cut_corner(context, path, cut, state):
 
 @routine
 def replace_points(path, state, i, j, n_new):
-    """Make room for n_new points in place of the points i to j - 1 of a path, i > 0; of the new edges none is known."""
+    """Replace points i to j - 1 of a path, i > 0, by room for n_new points with unknown edges."""
     points, known, n, shift = path.waypoints, path.known, state.points, n_new - (j - i)
     for m in range(n - j):
         source = n - 1 - m if shift > 0 else j + m
@@ -240,14 +241,14 @@ def replace_points(path, state, i, j, n_new):
 
 @routine
 def write_point(points, i, q):
-    """Write a configuration to place i of a path."""
+    """Write a configuration to point i of a path."""
     for k in range(points.shape[1]):
         points[i, k] = q[k]
 
 
 @routine
 def length_of(points, n, space):
-    """The length of the first n points of a path."""
+    """The length of a path of n points."""
     total = 0.0
     for i in range(n - 1):
         total += distance(points[i], points[i + 1], space)
@@ -256,7 +257,7 @@ def length_of(points, n, space):
 
 @routine
 def write_place(points, n, at, space, q):
-    """Write the configuration at a length of a path to q; the edge on which it lies, and its length from the start."""
+    """Write the configuration at a length along a path to q: its edge, and its length from the start."""
     done = 0.0
     for i in range(n - 1):
         step = distance(points[i], points[i + 1], space)

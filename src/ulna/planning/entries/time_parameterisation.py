@@ -1,4 +1,4 @@
-"""Times paths, one after the other."""
+"""Computes time parameterizations of paths, and windows of moving averages."""
 
 import numpy as np
 
@@ -15,10 +15,10 @@ _TIMING = Group((NUMBERS, NUMBERS, NUMBERS), Timing)
 
 @entry((_INTERVALS, NUMBERS, INDICES, _TIMING))
 def time_sections(intervals, ceilings, borders, timing):
-    """Time each section of a path, from x at its first grid point to the ceiling at its last (``kernels.planning.time_optimal``).
+    """Parameterize each section of a path, from x at its first grid point to the ceiling at its last.
 
-    intervals: ``PathIntervals``; ceilings: (N + 1,), 0 where the motion rests; borders: the first grid point of each section, and
-    the last of all; timing: a ``Timing``.
+    The algorithm is in ``kernels.planning.time_optimal``. intervals: ``PathIntervals``. ceilings: shape (N + 1,), 0 at rests.
+    borders: the first grid point of each section, and the last grid point. timing: a ``Timing``.
     """
     x, u, times = timing
     n = intervals.slopes.shape[1]
@@ -42,9 +42,9 @@ def time_sections(intervals, ceilings, borders, timing):
 
 @entry((NUMBERS, MATRIX, MATRIX, NUMBERS, INDICES, NUMBERS))
 def least_window(times, lows, highs, jerk_limits, rests, window):
-    """Raise ``window``, shape (1,), to the least time over which the mean of a motion keeps the limits of jerk; always True.
+    """Raise ``window``, shape (1,), to the shortest one whose moving average is within the jerk limits; always True.
 
-    The algorithm: ``kernels.planning.moving_average``.
+    The algorithm is in ``kernels.planning.moving_average``.
     """
     window[0] = moving_average.least_window(times, lows, highs, jerk_limits, rests, window[0])
     return True
@@ -52,7 +52,7 @@ def least_window(times, lows, highs, jerk_limits, rests, window):
 
 @entry((_TIMED, MATRIX, MATRIX))
 def bounds_of_acceleration(intervals, lows, highs):
-    """Write the least and the greatest acceleration in each of ``TimedIntervals``, shape (N, n_dof); always True."""
+    """Write the minimum and the maximum acceleration in each of ``TimedIntervals``, shape (N, n_dof); always True."""
     times, slopes, bends, steps, speeds, rates = intervals
     for i in range(steps.shape[0]):
         step, early, rate = steps[i], speeds[i], rates[i]
@@ -65,6 +65,6 @@ def bounds_of_acceleration(intervals, lows, highs):
 
 @entry((NUMBERS, NUMBERS, INDICES, NUMBER, NUMBERS))
 def coasts(steps, x, rests, window, ceilings):
-    """Lower the ceilings of the speed so that it does not change from growing to falling at once; always True."""
+    """Lower the speed ceilings so that acceleration and braking have a coast between them; always True."""
     moving_average.write_coasts(steps, x, rests, window, ceilings)
     return True

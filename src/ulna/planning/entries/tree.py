@@ -1,4 +1,4 @@
-"""Finds, reads and adds nodes of the trees of a search, takes its samples, and writes the path that joins the trees."""
+"""Finds, reads and adds nodes of a search's trees, reads its samples, and writes the path between the trees."""
 
 from typing import NamedTuple
 
@@ -12,31 +12,31 @@ from ulna.planning.search_records import SKIPPED_PER_CHECK, SPARE_POINTS
 
 
 class Steps(NamedTuple):
-    """Room for three configurations of an iteration, shape (n_dof,) each."""
+    """Workspaces for three configurations of an iteration, shape (n_dof,) each."""
 
     target: NDArray
-    """Where a step leads."""
+    """The target of a step."""
     at: NDArray
-    """Where it begins."""
+    """The start of a step."""
     new: NDArray
-    """Where it ends."""
+    """The end of a step."""
 
 
 @kernel
 def is_full(trees, settings, state):
-    """Whether there is no room for the nodes of another iteration."""
+    """Whether a tree lacks room for the nodes of another iteration."""
     return max(state.nodes[0], state.nodes[1]) + settings.max_nodes > trees.parents.shape[1]
 
 
 @kernel
 def needs_samples(samples, state):
-    """Whether the samples at hand are used up."""
+    """Whether all given samples are used."""
     return state.sample - state.first_sample >= samples.shape[0]
 
 
 @routine
 def next_tree(state):
-    """Which tree grows next: the other one, unless this one is less than half as large."""
+    """The tree that grows next: the other one, unless it is at least twice as large."""
     own = state.active
     if state.nodes[1 - own] < 2 * state.nodes[own]:
         own = 1 - own
@@ -46,7 +46,7 @@ def next_tree(state):
 
 @routine
 def read_sample(samples, space, state, q):
-    """Write the configuration of the next sample to q; returns the row of the sample."""
+    """Write the configuration of the next sample to q; return the row of the sample."""
     row = state.sample - state.first_sample
     state.sample += 1
     for k in range(q.shape[0]):
@@ -56,13 +56,13 @@ def read_sample(samples, space, state, q):
 
 @kernel
 def sample_entry(samples, space, row, k):
-    """Entry k of q of a sample."""
+    """Entry k of the configuration of a sample."""
     return space[k].low + samples[row, k] * (space[k].high - space[k].low)
 
 
 @routine
 def pass_over(state):
-    """Count a sample that is skipped; so many of them are one checked edge of the budget."""
+    """Count a skipped sample; SKIPPED_PER_CHECK of them count as one checked edge."""
     state.skipped += 1
     if state.skipped % SKIPPED_PER_CHECK == 0:
         state.checks += 1
@@ -70,7 +70,7 @@ def pass_over(state):
 
 @routine
 def nearest_node(rows, n, q, space):
-    """The node of a tree of n nodes that is nearest to q; of several the first."""
+    """The node nearest to q in a tree of n nodes; the first of several."""
     least, block = nearest_in_lanes(rows, (n + WIDTH - 1) // WIDTH, q, space)
     best, node = np.inf, 0
     for lane in range(WIDTH):
@@ -90,9 +90,9 @@ def read_node(rows, node, q):
 
 @routine
 def add_node(trees, tree, state, q, parent, radius):
-    """Add a node to a tree; its number."""
+    """Add a node to a tree, and return its number."""
     rows, node, n_dof = trees.rows[tree], state.nodes[tree], q.shape[0]
-    if node % WIDTH == 0:  # the first of its block: there are no others yet
+    if node % WIDTH == 0:  # the first node of its block: the other lanes are empty
         for k in range(n_dof):
             for lane in range(1, WIDTH):
                 rows[node // WIDTH * n_dof + k, lane] = np.inf
@@ -105,14 +105,14 @@ def add_node(trees, tree, state, q, parent, radius):
 
 @routine
 def join(state, tree, node, other):
-    """Note the node of a tree and the one of the other tree at which a path joins them."""
+    """Record the nodes of both trees at which a path joins them."""
     state.joined_start, state.joined_goal = (node, other) if tree == 0 else (other, node)
     state.joined = True
 
 
 @routine
 def branch_length(parents, tree, node):
-    """How many nodes there are from a node to its root."""
+    """The number of nodes from a node to its root."""
     n = 0
     while node >= 0:
         node, n = parents[tree, node], n + 1
@@ -121,9 +121,10 @@ def branch_length(parents, tree, node):
 
 @routine
 def write_found(trees, space, shift, waypoints, state):
-    """Write the path from the start to a goal; how many waypoints, or -1 if there is not room to shorten it too.
+    """Write the path from the start to a goal, and return the number of waypoints.
 
-    The second part is turned by whole turns to where the first one ends. shift: room for these, shape (n_dof,).
+    The number is -1 if there is no room to shorten the path. The second part is shifted by whole turns to join the first part.
+    shift: room for these turns, shape (n_dof,).
     """
     node, other = state.joined_start, state.joined_goal
     n, n_back = branch_length(trees.parents, 0, node), branch_length(trees.parents, 1, other)
@@ -138,7 +139,7 @@ def write_found(trees, space, shift, waypoints, state):
         way = waypoints[n - 1, k] - waypoints[n, k]
         same = same and way == 0.0
         shift[k] = way - short_way(way, space[k].period)
-    at = n if n == 1 and not same else n - 1  # else the trees share a node, which is written already
+    at = n if n == 1 and not same else n - 1  # otherwise the trees share a node, which is already written
     for i in range(n_back):
         if i > 0 or at == n:
             write_shifted(trees.rows[1], other, shift, waypoints, at + i)
@@ -148,13 +149,13 @@ def write_found(trees, space, shift, waypoints, state):
 
 @routine
 def rows_for(n):
-    """For how many waypoints there is to be room, to shorten a path of n."""
+    """The required capacity to shorten a path of n waypoints."""
     return 2 * n + SPARE_POINTS
 
 
 @routine
 def write_shifted(rows, node, shift, waypoints, i):
-    """Write the configuration of a node, and what it is shifted by, to place i of a path."""
+    """Write the configuration of a node, plus a shift, to point i of a path."""
     read_node(rows, node, waypoints[i])
     for k in range(shift.shape[0]):
         if shift[k] != 0.0:
@@ -163,7 +164,7 @@ def write_shifted(rows, node, shift, waypoints, i):
 
 @routine
 def drop_repeats(waypoints, state):
-    """Leave out the waypoints that are equal to the one before."""
+    """Remove waypoints equal to the previous one."""
     n = 1
     for i in range(1, state.points):
         same = True
