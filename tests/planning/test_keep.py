@@ -108,7 +108,7 @@ def test_a_projection_keeps_the_constraint_and_the_limits(panda, name):
     space = Entry.records(7)
     space["low"], space["high"] = panda.lower, panda.upper
     space["low"][2] = space["high"][2] = start[2]
-    room = keeping.keeping_of(panda.tree.joints, make_constraint_table(keeps, panda.tree), space)
+    room = keeping.make_keeping(panda.tree.joints, make_constraint_table(keeps, panda.tree), space)
     q = np.clip(start + np.random.default_rng(1).normal(scale=0.4, size=(8, 7)), panda.lower, panda.upper)
     q[:, 2], q[0] = start[2], start
     rows = np.ascontiguousarray(q.T)

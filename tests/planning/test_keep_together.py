@@ -118,7 +118,7 @@ def test_a_projection_keeps_the_constraint_and_the_limits(name):
     space = Entry.records(robot.n_dof)
     space["low"], space["high"] = robot.lower, robot.upper
     space["low"][2] = space["high"][2] = start[2]
-    room = keeping.keeping_of(robot.tree.joints, make_constraint_table(keeps, robot.tree), space)
+    room = keeping.make_keeping(robot.tree.joints, make_constraint_table(keeps, robot.tree), space)
     q = start + np.random.default_rng(1).normal(scale=0.4, size=(8, robot.n_dof))
     q[:, 2], q[0] = start[2], start
     rows = np.ascontiguousarray(q.T)

@@ -16,7 +16,7 @@ from scipy.optimize import linprog
 import ulna
 from ulna.errors import FileError, InputError, MissingExtraError
 from ulna.planning.blend import CHORDS, Certificate, edges_of, find_free_cuts, round_corners
-from ulna.planning.entries import time_parameterisation
+from ulna.planning.entries import time_parameterization
 from ulna.planning.jerk_limited import bounds_of_acceleration, timed_path
 from ulna.planning.timing import Limits, grid_of, time_optimal
 from ulna.planning.trajectory import Trajectory
@@ -182,7 +182,7 @@ def test_the_window_is_the_least_that_keeps_the_limits_of_jerk(rng):
         motion = time_optimal(grid_of(random_pieces(rng)), np.full(7, 2.0), np.full(7, 5.0))
         lows, highs = bounds_of_acceleration(motion)
         least = np.array([1e-4])
-        time_parameterisation.least_window(motion.times, lows, highs, jerk, motion.grid.borders, least)
+        time_parameterization.least_window(motion.times, lows, highs, jerk, motion.grid.borders, least)
         window = float(least[0])
         t = np.linspace(-window, motion.times[-1], 20_001)
 

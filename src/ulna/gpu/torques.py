@@ -13,9 +13,9 @@ from ulna.kernels.chain.poses import joint_turns
 from ulna.kernels.dynamics.composite import mass_matrix
 from ulna.kernels.dynamics.derivatives import torque_derivatives
 from ulna.kernels.dynamics.dynamics_records import MOTION_WIDTH, BodyRows, FallRows, ForceRows, Mechanism, RateRows, State
+from ulna.kernels.dynamics.forward_dynamics import accelerations
 from ulna.kernels.dynamics.gravity import holding_torques
 from ulna.kernels.dynamics.newton_euler import newton_euler
-from ulna.kernels.dynamics.solved import accelerations
 from ulna.kernels.layout import INERTIA_WIDTH
 from ulna.kernels.spatial.elementary import all_finite, all_in_range
 

@@ -31,7 +31,7 @@ from ulna.planning.blend import (
     is_path_free,
     round_corners,
 )
-from ulna.planning.entries import time_parameterisation
+from ulna.planning.entries import time_parameterization
 from ulna.planning.path_limits import PathLimit, factor_of, peaks_of
 from ulna.planning.positions import Farthest, farthest_between, farthest_of
 from ulna.planning.timing import (
@@ -453,7 +453,7 @@ def min_window(motion: TimedPath, jerk: Array, least: float = _MIN_WINDOW) -> fl
     """The shortest window with which a motion's moving average is within the jerk limits [s], at least ``least``."""
     lows, highs = bounds_of_acceleration(motion)
     window = np.array([least])
-    time_parameterisation.least_window(motion.times, lows, highs, jerk * _WITHIN, motion.grid.borders, window)
+    time_parameterization.least_window(motion.times, lows, highs, jerk * _WITHIN, motion.grid.borders, window)
     return float(window[0])
 
 
@@ -462,7 +462,7 @@ def bounds_of_acceleration(motion: TimedPath) -> tuple[Array, Array]:
     (_, slopes, bends, steps, *_), (times, speeds, rates, _) = motion
     lows, highs = np.empty_like(slopes), np.empty_like(slopes)
     intervals = TimedIntervals(times, slopes, bends, steps, speeds, rates)
-    time_parameterisation.bounds_of_acceleration(intervals, lows, highs)
+    time_parameterization.bounds_of_acceleration(intervals, lows, highs)
     return lows, highs
 
 

@@ -82,7 +82,7 @@ class Search:
         start: The start, shape (n_dof,).
         goals: The goals, shape (n, n_dof), at least one.
         stream: The stream of random samples: the seed, and the number of the search.
-        algorithm: The number of the algorithm; an algorithm with costs needs edges that are ``with_bound`` a bound.
+        algorithm: The number of the algorithm; an algorithm with costs needs edges from ``EdgeChecker.with_bound``.
         skip_direct: Skip the straight edges from the start to the goals, which were tried already.
         progress: Called after each slice with the number of checked edges and the maximum number.
         trees: The trees of the start and of the goals.

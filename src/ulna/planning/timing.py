@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ulna.kernels.planning.time_records import PathIntervals, Timing
 from ulna.planning.blend import Grid
-from ulna.planning.entries import time_parameterisation
+from ulna.planning.entries import time_parameterization
 from ulna.planning.path_limits import NO_LIMIT, PathBounds, PathLimit, along
 from ulna.planning.positions import Farthest, farthest_of
 
@@ -188,7 +188,7 @@ def time_optimal_and_coasting(
     first, x = _parameterize(grid, acceleration, ceilings, speeds, bounds)
     if not _reaches_speeds(speeds, x):
         return ()
-    time_parameterisation.coasts(grid.steps, x, grid.borders, coast, ceilings)
+    time_parameterization.insert_coasts(grid.steps, x, grid.borders, coast, ceilings)
     second, x = _parameterize(grid, acceleration, ceilings, speeds, bounds)
     return (first, second) if _reaches_speeds(speeds, x) else (first,)
 
@@ -232,7 +232,7 @@ def _parameterize(
         intervals = PathIntervals(slopes, ends, bends, lows, highs, grid.steps)
     timing = Timing(np.zeros(n + 1), np.zeros(n), np.zeros(n + 1))
     timing.x[0] = speeds.start**2
-    time_parameterisation.time_sections(intervals, ceilings, grid.borders, timing)
+    time_parameterization.time_sections(intervals, ceilings, grid.borders, timing)
     return TimedPath(grid, Profile(timing.times, np.sqrt(timing.x[:-1]), timing.u, np.zeros(n))), timing.x
 
 

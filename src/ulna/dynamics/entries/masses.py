@@ -7,8 +7,8 @@ from ulna.engine.signatures import CONSTANTS, MATRICES, MATRIX
 from ulna.kernels.chain.poses import joint_turns
 from ulna.kernels.dynamics.composite import mass_matrix, moment_columns
 from ulna.kernels.dynamics.dynamics_records import State
+from ulna.kernels.dynamics.forward_dynamics import accelerations
 from ulna.kernels.dynamics.newton_euler import newton_euler
-from ulna.kernels.dynamics.solved import accelerations
 from ulna.kernels.spatial.elementary import all_finite, all_in_range
 from ulna.kinematics.entries.batch import gather, scatter_rows
 

@@ -9,15 +9,15 @@ from ulna.engine.lanes import load, splat, store
 from ulna.kernels.chain.jacobian import clear, joint_twist
 from ulna.kernels.chain.poses import turned_joint_pose
 from ulna.kernels.dynamics.rigid_body import (
-    added,
+    add_inertias,
     body_inertia,
-    in_parent,
     load_inertia,
     load_pair,
     momentum,
     pair_dot,
     store_inertia,
     store_pair,
+    to_parent_frame,
 )
 from ulna.kernels.layout import COLUMN, INERTIA_WIDTH, KIND, MASS, MOMENT, PARENT, PRISMATIC, RATIO
 from ulna.kernels.spatial.se3 import compose, load_pose, store_pose
@@ -32,7 +32,7 @@ def pose_bodies(mechanism, turn_rows, rows):
         pose = pose_joint(joints, i, turn_rows, rows.poses)
         v, w = joint_twist(joints, i, pose)
         store_pair(rows.twists, i, v, w)
-        store_inertia(rows.inertias, i, in_parent(pose, body_inertia(mechanism.bodies, i, pose[0])))
+        store_inertia(rows.inertias, i, to_parent_frame(pose, body_inertia(mechanism.bodies, i, pose[0])))
 
 
 @kernel
@@ -52,7 +52,7 @@ def gather_inertias(joints, inertia_rows):
         i = joints.shape[0] - 1 - k
         parent = int(joints[i, PARENT])
         if parent >= 0:
-            store_inertia(inertia_rows, parent, added(load_inertia(inertia_rows, parent), load_inertia(inertia_rows, i)))
+            store_inertia(inertia_rows, parent, add_inertias(load_inertia(inertia_rows, parent), load_inertia(inertia_rows, i)))
 
 
 @kernel
@@ -107,7 +107,7 @@ def moment_columns(mechanism, turn_rows, rows, columns):
         pose, mass = pose_joint(joints, i, turn_rows, rows.poses), mechanism.bodies[i, MASS]
         store(rows.inertias, INERTIA_WIDTH * i, splat(mass, like))
         store_vector(
-            rows.inertias, INERTIA_WIDTH * i + 1, add_scaled(rotate(pose, own_moment(mechanism.bodies, i)), mass, origin(pose))
+            rows.inertias, INERTIA_WIDTH * i + 1, add_scaled(rotate(pose, first_moment(mechanism.bodies, i)), mass, origin(pose))
         )
     clear(columns, like)
     all_mass, zero = splat(0.0, like), splat(0.0, like)
@@ -132,6 +132,6 @@ def moment_columns(mechanism, turn_rows, rows, columns):
 
 
 @kernel
-def own_moment(bodies, i):
+def first_moment(bodies, i):
     """The moment of row i of a table of inertias."""
     return bodies[i, MOMENT], bodies[i, MOMENT + 1], bodies[i, MOMENT + 2]

@@ -43,7 +43,7 @@ def momentum(inertia, v, w):
 
 
 @kernel
-def in_parent(pose, inertia):
+def to_parent_frame(pose, inertia):
     """Transform an inertia to the parent frame.
 
     1. Rotate the moment, h = R h', and the tensor, R T R'.
@@ -52,7 +52,7 @@ def in_parent(pose, inertia):
     """
     mass, moment, tensor = inertia
     p, h = origin(pose), rotate(pose, moment)
-    turned = turned_tensor(pose, tensor)
+    turned = rotate_tensor(pose, tensor)
     k = add_scaled(h, 0.5 * mass, p)  # p k' + k p' = m p p' + p h' + h p'
     trace = 2.0 * dot(p, k)
     moved = (
@@ -63,7 +63,7 @@ def in_parent(pose, inertia):
 
 
 @kernel
-def turned_tensor(a, s):
+def rotate_tensor(a, s):
     """The product R S R' with the rotation R of a pose and a symmetric matrix S."""
     x, y, z = (a[0], a[1], a[2]), (a[4], a[5], a[6]), (a[8], a[9], a[10])
     sx, sy, sz = symmetric_times(s, x), symmetric_times(s, y), symmetric_times(s, z)
@@ -71,7 +71,7 @@ def turned_tensor(a, s):
 
 
 @kernel
-def added(a, b):
+def add_inertias(a, b):
     """The sum of two inertias in the same frame."""
     s, t = a[2], b[2]
     return a[0] + b[0], plus(a[1], b[1]), (s[0] + t[0], s[1] + t[1], s[2] + t[2], s[3] + t[3], s[4] + t[4], s[5] + t[5])

@@ -68,12 +68,12 @@ def write_keep_bounds(joints, keeps, moving, slacks):
         joint_a, joint_b = int(keeps.frames[a, JOINT]), int(keeps.frames[b, JOINT])
         aside = write_bounds(joints, moving.steps, joint_a, keeps.allowed[i].lever, moving.speeds, moving.bends, a)
         far = write_bounds(joints, moving.steps, joint_b, offset_length(keeps.frames, b), moving.speeds, moving.bends, b)
-        slacks[i, 0], slacks[i, 2] = aside + far, turned_aside(joints, moving.steps, joint_b)
-        slacks[i, 1] = _ROOT_TWO * (turned_aside(joints, moving.steps, joint_a) + slacks[i, 2] + ROUNDING)
+        slacks[i, 0], slacks[i, 2] = aside + far, max_rotation_error(joints, moving.steps, joint_b)
+        slacks[i, 1] = _ROOT_TWO * (max_rotation_error(joints, moving.steps, joint_a) + slacks[i, 2] + ROUNDING)
 
 
 @kernel
-def turned_aside(joints, steps, joint):
+def max_rotation_error(joints, steps, joint):
     """The largest rotation of a joint's frame by rounding and the spread [rad]; 0 for the base."""
     turned = 0.0
     while joint >= 0:
@@ -83,7 +83,7 @@ def turned_aside(joints, steps, joint):
 
 
 @kernel
-def turn_of(steps, joint):
+def max_rotation_rate(steps, joint):
     """The maximum rate of rotation of a joint's frame; 0 for the base."""
     return steps[joint, TURN] if joint >= 0 else 0.0
 
@@ -103,14 +103,14 @@ def keep_shares(joints, keeps, slacks, moving, half, like):
         u, slack = transform_inverse(b, origin(a)), splat(slacks[i, 0], like)
         speed, curved = pair_bounds(joints, moving, 2 * i, 2 * i + 1, shared)
         rate, bend = splat(speed, like), splat(curved, like)
-        turn, lost, lost_turn = turn_of(moving.steps, joint_a), 0.0, 0.0  # lost: rounding of the velocities
+        turn, lost, lost_turn = max_rotation_rate(moving.steps, joint_a), 0.0, 0.0  # lost: rounding of the velocities
         if joint_b >= 0:
             v_b, w_b = joint_twist(moving, joint_b, origin(a), like)
             v, w = minus(v, v_b), minus(w, w_b)
             lost = ROUNDING * (moving.speeds[2 * i, n] + moving.speeds[2 * i + 1, n])
-            lost_turn = ROUNDING * (turn + turn_of(moving.steps, joint_b))
-            turned = turn_of(moving.steps, joint_b) - turn_of(moving.steps, shared)
-            turn += turned - turn_of(moving.steps, shared)
+            lost_turn = ROUNDING * (turn + max_rotation_rate(moving.steps, joint_b))
+            turned = max_rotation_rate(moving.steps, joint_b) - max_rotation_rate(moving.steps, shared)
+            turn += turned - max_rotation_rate(moving.steps, shared)
             longest = (sqrt(dot(u, u)) + slack + speed * half) * (1.0 + ROUNDING)
             rate, bend = rate + turned * longest, bend + turned * (2.0 * speed + turned * longest)
             slack = slack + slacks[i, 2] * longest

@@ -35,7 +35,7 @@ def project_step(joints, keeping, i, active, q_rows):
 
     1. Compute the poses of the constraint's two frames, and the Jacobian of the first frame relative to the other: the twists of
        the joints that carry only one of the two. If an axis points at the other frame's origin, use the target and the rotation
-       of that direction (``faced``).
+       of that direction (``facing_pose``).
     2. Reduce the error and the Jacobian to the part beyond the slack of the projection.
     3. Solve dq = J' (J J' + lambda I)^-1 e, with lambda proportional to |e|^2.
     """
@@ -47,7 +47,7 @@ def project_step(joints, keeping, i, active, q_rows):
     add_joints(joints, int(frames[2 * i + 1, JOINT]), allowed.shared, -1.0, joint_rows, jacobian_rows)
     express(pose, IN_BASE, jacobian_rows, 6, 1)
     if allowed.axes == TOWARDS:
-        target = faced(pose, target, jacobian_rows)
+        target = facing_pose(pose, target, jacobian_rows)
     e = task_error(allowed.is_pointing, allowed.slack, pose, target, pose_error(pose, target), jacobian_rows)
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
     p2, r2 = error_squares(e)
@@ -68,7 +68,7 @@ def add_joints(joints, joint, shared, sign, joint_rows, jacobian_rows):
 
 
 @kernel
-def faced(pose, target, jacobian_rows):
+def facing_pose(pose, target, jacobian_rows):
     """A pose whose z axis g points from a pose to a target at the distance |d|.
 
     The rotation of g, v x g / |d|, is subtracted from the Jacobian.

@@ -125,8 +125,8 @@ def lines_at(bound_rows, step_rows, n, i, x, beta):
     starts = low + slope * x, low, slope, high + slope * x, high, slope
     ends = starts
     for k in range(i * n, (i + 1) * n):
-        starts = with_bound(starts, bound_rows, 6 * k, x)
-        ends = with_bound(ends, bound_rows, 6 * k + 3, x)
+        starts = tighten_lines(starts, bound_rows, 6 * k, x)
+        ends = tighten_lines(ends, bound_rows, 6 * k + 3, x)
     later, sooner = ends[0] > starts[0], ends[3] < starts[3]
     return (
         where(later, ends[1], starts[1]), where(later, ends[2], starts[2]),
@@ -135,7 +135,7 @@ def lines_at(bound_rows, step_rows, n, i, x, beta):
 
 
 @kernel
-def with_bound(lines, bound_rows, row, x):
+def tighten_lines(lines, bound_rows, row, x):
     """Tighten the lines that bound u by a bound from ``write_bound``.
 
     lines: for the lower and the upper line the value at x, the value at 0 and the slope.

@@ -15,8 +15,8 @@ of its own tree and of the other tree. They are lower bounds of the cost to come
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning.space import distance, nearest_below_in_lanes, write_step
-from ulna.planning.entries.edge import passes
-from ulna.planning.entries.tree import add_node, is_full, join, needs_samples, next_tree, pass_over, read_node, read_sample
+from ulna.planning.entries.edge import check_edge
+from ulna.planning.entries.tree import add_node, is_full, join, needs_samples, next_tree, read_node, read_sample, skip_sample
 from ulna.planning.search_records import FULL, NO_SAMPLE, PAUSED, SOLVED
 
 _GOLDEN = 0.6180339887498949  # golden-ratio sequence: draw k of a parent uses frac(share + k phi)
@@ -76,11 +76,11 @@ def cheaper_step(context, trees, tree, steps, state, share):
             write_step(at, target, min(1.0, context.settings.range / way), space, new)
             cost = cost_of(costs, node) + distance(at, new, space)
     if cost == INF or cost + from_roots(trees, 1 - tree, new, at, space, state) >= bound:
-        pass_over(state)
+        skip_sample(state)
         return -1, INF
     read_node(rows, node, at)
     state.iterations += 1
-    return (node, cost) if passes(context, at, new, trees.refused, state) else (-1, INF)
+    return (node, cost) if check_edge(context, at, new, trees.refused, state) else (-1, INF)
 
 
 @routine
@@ -101,7 +101,7 @@ def cheaper_parent(context, trees, tree, steps, state, found, share):
         way = distance(at, new, space)
         if candidate == parent or way > context.settings.range or cost_of(costs, candidate) + way >= cost:
             break
-        if not passes(context, at, new, trees.refused, state):
+        if not check_edge(context, at, new, trees.refused, state):
             break
         parent, cost = candidate, cost_of(costs, candidate) + way
     return parent, cost
@@ -124,7 +124,7 @@ def connect_below(context, trees, tree, steps, state, bound):
             return -1
         share = min(1.0, context.settings.range / way)
         write_step(at, goal, share, space, new)
-        if not passes(context, at, new, trees.refused, state):
+        if not check_edge(context, at, new, trees.refused, state):
             return -1
         node = add_node(trees, tree, state, new, node, INF)
         set_cost(costs, node, cost + distance(at, new, space))

@@ -10,7 +10,7 @@ from ulna.engine.decorators import kernel, routine, workspace
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Edge, EdgeCheck
 from ulna.kernels.planning.space import distance
-from ulna.planning.entries.keeping import Keeping, keeps_all
+from ulna.planning.entries.keeping import Keeping, satisfies_all
 from ulna.planning.search_records import MAX_REFUSED, SearchSettings
 
 
@@ -29,7 +29,7 @@ class EdgeContext(NamedTuple):
 
 
 @workspace
-def without_turns(space):
+def drop_periods(space):
     """A copy of the space without periods, in which joints without limits do not take the shorter turn."""
     space = space.copy()
     for k in range(space.shape[0]):
@@ -44,7 +44,7 @@ def is_free(context, q_a, q_b, spread):
     Depending on the settings, collisions are certified or checked at samples. The constraints are always certified, and checked
     first, since this takes less time.
     """
-    if not keeps_all(context.check.scene.joints, context.keeping, context.check.work, q_a, q_b, spread):
+    if not satisfies_all(context.check.scene.joints, context.keeping, context.check.work, q_a, q_b, spread):
         return False
     return is_clear(context, q_a, q_b, spread, context.settings.resolution)
 
@@ -63,17 +63,17 @@ def is_clear(context, q_a, q_b, spread, resolution):
 
 
 @kernel
-def passes(context, q_a, q_b, refused, state):
+def check_edge(context, q_a, q_b, refused, state):
     """Check and count an edge of a search: whether it is free. A refused edge is recorded in ``refused``."""
     state.checks += 1
     if is_free(context, q_a, q_b, context.no_spread):
         return True
-    keep(q_a, q_b, refused, state)
+    record_refused(q_a, q_b, refused, state)
     return False
 
 
 @routine
-def keep(q_a, q_b, refused, state):
+def record_refused(q_a, q_b, refused, state):
     """Record a refused edge in place of the oldest one."""
     place = state.refused % MAX_REFUSED
     state.refused += 1

@@ -12,8 +12,8 @@ import numpy as np
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH
 from ulna.kernels.planning.space import distance, write_step
-from ulna.planning.entries.edge import is_clear, keep, passes
-from ulna.planning.entries.keeping import keeps_all, project
+from ulna.planning.entries.edge import check_edge, is_clear, record_refused
+from ulna.planning.entries.keeping import project, satisfies_all
 from ulna.planning.entries.tree import add_node, read_sample, sample_entry
 from ulna.planning.search_records import BESIDE, REACHED, STOPPED
 
@@ -38,7 +38,7 @@ def extend_by(keeping, context, trees, own, step, radius, state):
     tree, near = own
     if keeping is not None:
         return extend_along(context, trees, own, step, radius, state)
-    if not passes(context, step[0], step[1], trees.refused, state):
+    if not check_edge(context, step[0], step[1], trees.refused, state):
         return -1, STOPPED
     return add_node(trees, tree, state, step[1], near, radius), REACHED
 
@@ -59,7 +59,7 @@ def extend_along(context, trees, own, step, radius, state):
         if n > 0:
             copy_point(curve[n - 1], at)
         if end == STOPPED:
-            keep(at, curve[WIDTH], trees.refused, state)
+            record_refused(at, curve[WIDTH], trees.refused, state)
         if end == STOPPED or share == 1.0:
             break
         end = BESIDE
@@ -90,7 +90,7 @@ def write_curve(context, q_a, q_b, state):
     """
     rows, curve, n, done = context.keeping.way_rows, context.keeping.curve, 0, 0
     state.checks += 1
-    if keeps_all(context.check.scene.joints, context.keeping, context.check.work, q_a, q_b, context.no_spread):
+    if satisfies_all(context.check.scene.joints, context.keeping, context.check.work, q_a, q_b, context.no_spread):
         free = is_clear(context, q_a, q_b, context.no_spread, context.settings.resolution)
         copy_point(q_b, curve[0 if free else WIDTH])
         return (1, REACHED) if free else (0, STOPPED)
@@ -106,7 +106,9 @@ def write_curve(context, q_a, q_b, state):
             curve[WIDTH, k] = rows[k, done + size - 1]
         state.checks += 1
         before = curve[n - 1] if n > 0 else q_a
-        if keeps_all(context.check.scene.joints, context.keeping, context.check.work, before, curve[WIDTH], context.no_spread):
+        if satisfies_all(
+            context.check.scene.joints, context.keeping, context.check.work, before, curve[WIDTH], context.no_spread
+        ):
             copy_point(curve[WIDTH], curve[n])
             n, done = n + 1, done + size
         else:

@@ -84,15 +84,15 @@ class Keeping(NamedTuple):
 
 
 @workspace
-def keeping_of(joints, keeps, space):
+def make_keeping(joints, keeps, space):
     """Constraints with their workspaces, or None. space: the range of projected configurations."""
     if keeps is None:
         return None
-    return room_of(joints, keeps, bounds_of(space))
+    return make_workspace(joints, keeps, make_bound_rows(space))
 
 
 @workspace
-def bounds_of(space):
+def make_bound_rows(space):
     """Lower bounds of q, then upper bounds, 2 n_dof rows."""
     n_dof = space.shape[0]
     bound_rows = empty_rows(2 * n_dof)
@@ -105,7 +105,7 @@ def bounds_of(space):
 
 
 @workspace
-def room_of(joints, keeps, bound_rows):
+def make_workspace(joints, keeps, bound_rows):
     """Constraints with their workspaces. bound_rows: bounds of q; no rows without projections."""
     n, n_joints, n_dof = keeps.allowed.shape[0], joints.shape[0], bound_rows.shape[0] // 2
     moving = Moving(
@@ -125,7 +125,7 @@ CONSTRAINTS = Group((TABLE, Array(Constraint, 1, constant=True)), Constraints)
 @entry((TABLE, CONSTRAINTS, MATRIX, MATRIX, Group((NUMBER, NUMBER, NUMBER), Bound), NUMBERS))
 def shares_of_edges(joints, keeps, q_a, q_b, bound, shares):
     """Write ``greatest_share`` of each edge, from a row of q_a to a row of q_b, to shares, shape (n,)."""
-    keeping, work, no_spread = room_of(joints, keeps, empty_rows(0)), interval_work(q_a.shape[1]), np.zeros(q_a.shape[1])
+    keeping, work, no_spread = make_workspace(joints, keeps, empty_rows(0)), interval_work(q_a.shape[1]), np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):
         shares[e] = greatest_share(joints, keeping, work, Edge(q_a[e], q_b[e], no_spread), bound)
     return True
@@ -135,7 +135,7 @@ def shares_of_edges(joints, keeps, q_a, q_b, bound, shares):
 def project_each(joints, keeps, space, q):
     """Project each row of q, shape (n, n_dof), onto the constraints by at most _MAX_STEPS steps. space: its bounds."""
     n, n_dof = q.shape
-    keeping, no_spread, rows = keeping_of(joints, keeps, space), np.zeros(n_dof), empty_rows(n_dof)
+    keeping, no_spread, rows = make_keeping(joints, keeps, space), np.zeros(n_dof), empty_rows(n_dof)
     for first in range(0, n, WIDTH):
         for j in range(n_dof):
             for lane in range(WIDTH):
@@ -148,7 +148,7 @@ def project_each(joints, keeps, space, q):
 
 
 @kernel
-def keeps_all(joints, keeping, work, q_a, q_b, spread):
+def satisfies_all(joints, keeping, work, q_a, q_b, spread):
     """Whether an edge, with all within ``spread`` of it, certainly satisfies the constraints, if there are any."""
     if keeping is None:
         return True

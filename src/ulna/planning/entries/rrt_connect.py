@@ -19,9 +19,9 @@ import numpy as np
 
 from ulna.engine.decorators import kernel
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
-from ulna.planning.entries.edge import passes
+from ulna.planning.entries.edge import check_edge
 from ulna.planning.entries.extension import extend, gains_little, read_target
-from ulna.planning.entries.tree import is_full, join, nearest_node, needs_samples, next_tree, pass_over, read_node
+from ulna.planning.entries.tree import is_full, join, nearest_node, needs_samples, next_tree, read_node, skip_sample
 from ulna.planning.search_records import (
     BESIDE,
     FAILURES_PER_HALF,
@@ -64,7 +64,7 @@ def joins_directly(context, trees, steps, state):
     read_node(trees.rows[1], goal, at)
     write_step(steps.target, at, 1.0, context.space, end)
     node = 0
-    if not passes(context, steps.target, end, trees.refused, state):
+    if not check_edge(context, steps.target, end, trees.refused, state):
         node = connect_along(context.keeping, context, trees, goal, steps, state)
     if node >= 0:
         join(state, 0, node, goal)
@@ -105,7 +105,7 @@ def is_skipped(way, radius, state):
     """Perform step 3: whether to skip a sample at a distance from the nearest node, whose domain has a radius."""
     if way == 0.0 or (way > radius and state.skipped_in_a_row < MAX_SKIPPED):
         state.skipped_in_a_row += 1
-        pass_over(state)
+        skip_sample(state)
         return True
     state.skipped_in_a_row = 0
     state.iterations += 1

@@ -12,8 +12,8 @@ from ulna.engine.signatures import INDEX_ROWS, INDICES, MATRICES, MATRIX, NONE, 
 from ulna.kernels.collision.scene import BOXES, SHAPES
 from ulna.kernels.planning.constraint_records import Entry
 from ulna.planning.entries.aorrtc import grow_cheaper
-from ulna.planning.entries.edge import EdgeContext, without_turns
-from ulna.planning.entries.keeping import CONSTRAINTS, keeping_of
+from ulna.planning.entries.edge import EdgeContext, drop_periods
+from ulna.planning.entries.keeping import CONSTRAINTS, make_keeping
 from ulna.planning.entries.rrt_connect import grow_trees
 from ulna.planning.entries.shortening import Cut, shorten_path
 from ulna.planning.entries.tree import Steps, drop_repeats, rows_for, write_found
@@ -46,7 +46,7 @@ def plan_slice(scene, keeps, tables, trees, path):
     already has waypoints is only shortened. Returns a code of ``grow_trees`` or ``shorten_path``; NO_ROOM if the path lacks room.
     """
     settings, space, search, shortening = tables.settings[0], tables.space, tables.state[0], path.state[0]
-    n_dof, keeping = space.shape[0], keeping_of(scene.joints, keeps, space)
+    n_dof, keeping = space.shape[0], make_keeping(scene.joints, keeps, space)
     check, no_spread = edge_check_of(scene, n_dof), np.zeros(n_dof)
     room = np.empty((4, max(1, n_dof)))
     steps, cut = Steps(room[0], room[1], room[2]), Cut(room[0], room[1], room[2], room[3])
@@ -65,7 +65,7 @@ def plan_slice(scene, keeps, tables, trees, path):
         shortening.points, shortening.capacity = n, rows_for(n)
         left = max(1, search.until - search.checks)
         shortening.until = max(shortening.until, shortening.checks + left)
-    straight = EdgeContext(check, settings, without_turns(space), no_spread, keeping)
+    straight = EdgeContext(check, settings, drop_periods(space), no_spread, keeping)
     code = shorten_path(straight, path, cut, shortening)
     if code != PAUSED:
         drop_repeats(path.waypoints, shortening)

@@ -50,35 +50,35 @@ def shorten_path(context, path, cut, state):
         if state.stage == CONFIRM:
             if state.at >= state.points - 1:
                 return SOLVED
-            if not confirms(context, path, state):
+            if not confirm_edge(context, path, state):
                 return NOT_FREE
-        elif not goes_on(context, path, cut, state):
+        elif not advance_pass(context, path, cut, state):
             state.at = state.target = state.failures = state.halvings = 0
             state.stage += 1
     return PAUSED
 
 
 @kernel
-def goes_on(context, path, cut, state):
+def advance_pass(context, path, cut, state):
     """Try one edge of the current pass; False if the pass is finished."""
     if state.stage == 0:
-        return context.keeping is None and jump(context, path, state)
+        return context.keeping is None and connect_farther(context, path, state)
     if state.stage == 1:
-        return short_cut(context, path, cut, state)
+        return try_shortcut(context, path, cut, state)
     if state.stage < LEAVE_OUT:
         return cut_corner(context, path, cut, state)
-    return leave_out(context, path, state)
+    return remove_point(context, path, state)
 
 
 @kernel
-def is_open(context, q_a, q_b, state):
+def check_free(context, q_a, q_b, state):
     """Check and count an edge: whether it is free."""
     state.checks += 1
     return is_free(context, q_a, q_b, context.no_spread)
 
 
 @kernel
-def confirms(context, path, state):
+def confirm_edge(context, path, state):
     """Whether the next edge of the path, within its spread, is free, checked in one direction or the other."""
     i, points, spreads = state.at, path.waypoints, path.spreads
     state.at += 1
@@ -90,13 +90,13 @@ def confirms(context, path, state):
 
 
 @kernel
-def jump(context, path, state):
+def connect_farther(context, path, state):
     """Try one edge of pass 1; False if the pass is finished."""
     n, i = state.points, state.at
     if i >= n - 2:
         return False
     j = n - 1 if state.target == 0 else state.target
-    if is_open(context, path.waypoints[i], path.waypoints[j], state):
+    if check_free(context, path.waypoints[i], path.waypoints[j], state):
         replace_points(path, state, i + 1, j, 0)
         path.known[i], j = 1, i + 1
     state.target = j - 1
@@ -106,12 +106,12 @@ def jump(context, path, state):
 
 
 @kernel
-def leave_out(context, path, state):
+def remove_point(context, path, state):
     """Try one edge of pass 4; False if the pass is finished."""
     i = state.at
     if i >= state.points - 2:
         return False
-    if is_open(context, path.waypoints[i], path.waypoints[i + 2], state):
+    if check_free(context, path.waypoints[i], path.waypoints[i + 2], state):
         replace_points(path, state, i + 1, i + 2, 0)
         path.known[i] = 1
     else:
@@ -120,7 +120,7 @@ def leave_out(context, path, state):
 
 
 @kernel
-def short_cut(context, path, cut, state):
+def try_shortcut(context, path, cut, state):
     """Make one attempt of pass 2; False if the pass is finished."""
     points, n, attempt, space = path.waypoints, state.points, state.at, context.space
     if n < 3 or attempt >= N_ATTEMPTS or n + 2 > state.capacity:
@@ -133,17 +133,17 @@ def short_cut(context, path, cut, state):
     most = after - before - WORTH_A_CUT * total
     if i == j or distance(cut.first, cut.second, space) > most:
         return True
-    return short_cut_by(context.keeping, context, path, (i, j), cut, most, state)
+    return make_shortcut(context.keeping, context, path, (i, j), cut, most, state)
 
 
 @kernel
-def short_cut_by(keeping, context, path, edges, cut, most, state):
+def make_shortcut(keeping, context, path, edges, cut, most, state):
     """Try a shortcut between two points on edges, straight or along constraints; False if the pass is finished."""
     i, j = edges
     points = path.waypoints
     if keeping is not None:
-        return short_cut_along(context, path, i, j, cut, most, state)
-    if is_open(context, cut.first, cut.second, state):
+        return make_shortcut_along(context, path, i, j, cut, most, state)
+    if check_free(context, cut.first, cut.second, state):
         replace_points(path, state, i + 1, j + 1, 2)
         write_point(points, i + 1, cut.first)
         write_point(points, i + 2, cut.second)
@@ -152,7 +152,7 @@ def short_cut_by(keeping, context, path, edges, cut, most, state):
 
 
 @routine
-def short_cut_along(context, path, i, j, cut, most, state):
+def make_shortcut_along(context, path, i, j, cut, most, state):
     """Make a shortcut along the constraints between points on edges i and j, at most ``most`` long.
 
     The pass ends after N_FAILURES in a row, since such a shortcut needs as many edges as a part of the path.
@@ -212,7 +212,7 @@ def cut_corner(context, path, cut, state):
     if around - distance(cut.first, cut.second, space) < WORTH_A_CUT * length_of(points, n, space):
         state.at, state.halvings = i, 0
         return True
-    if is_open(context, cut.first, cut.second, state):
+    if check_free(context, cut.first, cut.second, state):
         replace_points(path, state, i, i + 1, 2)
         write_point(points, i, cut.first)
         write_point(points, i + 1, cut.second)

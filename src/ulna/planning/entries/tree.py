@@ -61,7 +61,7 @@ def sample_entry(samples, space, row, k):
 
 
 @routine
-def pass_over(state):
+def skip_sample(state):
     """Count a skipped sample; SKIPPED_PER_CHECK of them count as one checked edge."""
     state.skipped += 1
     if state.skipped % SKIPPED_PER_CHECK == 0:

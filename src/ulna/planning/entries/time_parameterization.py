@@ -64,7 +64,7 @@ def bounds_of_acceleration(intervals, lows, highs):
 
 
 @entry((NUMBERS, NUMBERS, INDICES, NUMBER, NUMBERS))
-def coasts(steps, x, rests, window, ceilings):
+def insert_coasts(steps, x, rests, window, ceilings):
     """Lower the speed ceilings so that acceleration and braking have a coast between them; always True."""
     moving_average.write_coasts(steps, x, rests, window, ceilings)
     return True
