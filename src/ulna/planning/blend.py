@@ -104,7 +104,7 @@ def find_free_cuts(
     """The largest free rounding of each point of a path: the length cut off both edges, shape (n,).
 
     It is 0 if no rounding is free. blend: the largest length to cut off. within: the largest distance of a rounding from the
-    corner in an entry of q; in the middle it is b (e - d) / 4. beside: the deviation near each rounding that must be free too.
+    corner in an entry of q; in the middle it is b (e - d) / 4. deviation: the deviation near each rounding that must be free too.
     """
     cuts, lengths = np.zeros(len(edges.path)), edges.lengths
     corners = np.flatnonzero(edges.turns) if blend > 0.0 else np.zeros(0, dtype=np.int64)

@@ -27,7 +27,7 @@ from ulna.planning.space import endless_entries
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-_CHECKS = 3  # a trial checks at most this number to the power of the number of free entries
+_CHECKS = 3  # a trial with n free entries checks at most this number to the power n
 _MAX_POWER = 7
 _ARM_FACTOR = 4  # factor of the edges of a trial in which the whole arm may move
 _NEAR_RATIO, _CHECKS_NEAR = 2.0, 300  # near goals: distance relative to the nearest goal; edges of their trial

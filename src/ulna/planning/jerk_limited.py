@@ -99,7 +99,7 @@ class JerkLimited:
     Attributes:
         base: The base motion. It rests for the window's duration at each stop, and continues straight at its start and its end.
         window: The length of the window [s].
-        beside: The largest distance from a chord for the certificate [rad or m].
+        deviation: The largest distance from a chord for the certificate [rad or m].
     """
 
     base: TimedPath

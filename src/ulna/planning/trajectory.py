@@ -273,7 +273,7 @@ class Trajectory(OneLine):
             limits: The name of an arm, as "franka", or a file ``joint_limits.yaml`` or its mapping: ``docs/trajectories.md``. A
                 velocity or a position that it does not have is the description's. If no limits are given, the limits that the
                 motion was made with.
-            velocity: Maximum velocity [rad/s or m/s], a number or n_dof numbers, in place of the one of ``limits``.
+            velocity: Maximum velocity [rad/s or m/s], a number or n_dof numbers, in place of the velocity of ``limits``.
             acceleration: Maximum acceleration [rad/s^2 or m/s^2].
             jerk: Maximum jerk [rad/s^3 or m/s^3].
             hand: Maximum speed and acceleration of the hand, or of several links; the ones that the motion was made with unless
