@@ -263,7 +263,7 @@ def test_a_message_that_is_not_whole_is_refused_by_its_file_and_point(tmp_path, 
 def test_what_holds_no_one_trajectory_is_refused(panda, tmp_path):
     one = message(panda, 1)
     for value, said in (
-        ({"trajectory": [{"joint_trajectory": one}, {"joint_trajectory": one}]}, "has 2 trajectories; leave one"),
+        ({"trajectory": [{"joint_trajectory": one}, {"joint_trajectory": one}]}, "has 2 trajectories; keep one"),
         ({"path": [[0.0] * 7], "duration": 1.0}, "robot.trajectory(path, ...) gives times"),
         ({"multi_dof_joint_trajectory": {"joint_names": ["a"], "points": [{"transforms": []}]}}, "which are poses"),
         ([], "has no message"),
@@ -272,7 +272,7 @@ def test_what_holds_no_one_trajectory_is_refused(panda, tmp_path):
             ulna.Trajectory.from_file(written(tmp_path / "a.json", value), panda)
     path = tmp_path / "two.yaml"
     path.write_text(yaml.safe_dump(one) + "---\n" + yaml.safe_dump(one), encoding="utf-8")
-    with pytest.raises(DescriptionError, match="2 messages, between lines of ---; leave one"):
+    with pytest.raises(DescriptionError, match="2 messages, between lines of ---; keep one"):
         ulna.Trajectory.from_file(path, panda)
     with pytest.raises(FileError, match="no such file"):
         ulna.Trajectory.from_file(tmp_path / "none.yaml", panda)
