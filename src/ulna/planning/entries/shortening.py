@@ -227,7 +227,7 @@ def cut_corner(context, path, cut, state):
 
 @routine
 def replace_points(path, state, i, j, n_new):
-    """Replace points i to j - 1 of a path, i > 0, by room for n_new points with unknown edges."""
+    """Replace points i to j - 1 of a path, i > 0, by room for n_new unknown points."""
     points, known, n, shift = path.waypoints, path.known, state.points, n_new - (j - i)
     for m in range(n - j):
         source = n - 1 - m if shift > 0 else j + m
