@@ -27,7 +27,8 @@ and MuJoCo.
 
 ## Arms by name
 
-These arms, the Panda and the FR3 come with Ulna: `ulna.load("ur10e")`, `ulna view ur10e`, `ulna list`.
+24 arms come with Ulna: the Panda (`panda`), the FR3 (`fr3`) and the 22 arms of this table. `ulna.load("ur10e")` loads one,
+`ulna view ur10e` shows it, and `ulna list` prints the names.
 
 ![Every arm that is bundled, with its name](pictures/arms.png)
 
@@ -35,10 +36,19 @@ These arms, the Panda and the FR3 come with Ulna: `ulna.load("ur10e")`, `ulna vi
 |---|---|---|---:|---:|---:|---|
 """
 INERTIAS = """
+The last column says whether inverse kinematics has a [closed form](closed-forms.md):
+
+- *exact*: formulas compute all solutions, with proof.
+- *near*: the axes deviate slightly from a closed form. Its solutions are starts of a search, and nothing is proved.
+- *one joint held*: the arm has seven joints, and the form holds when one of them is fixed.
+- *none*: a numeric search finds the solutions.
+
 Payload and reach are the nominal values that the makers advertise. Ulna computes nothing from them. Kinematics, joint ranges,
 velocities and efforts are numbers from the public descriptions below, in tables of Ulna (`src/ulna/description/names/arms`).
-The repository contains no file and no mesh of these descriptions. `plan.trajectory(limits="ur10e")` uses the velocities of the
-table and, if the table has them, the accelerations.
+The repository contains no file and no mesh of these descriptions.
+
+`plan.trajectory(limits="ur10e")` uses the velocities of these tables and, if they are known, the accelerations. Use it for a
+robot that you load from another description of the same arm, such as your own URDF.
 
 **Inertias** are published values in the axes of the links, without rotors.
 
@@ -79,13 +89,15 @@ mesh. No test repeats this check:
 |---|---|---|
 | IRB 6640 | the visual meshes, for `link_1` the collision mesh; all positions of the balancing cylinder (no joint here) | 1 mm |
 | TM5 | the collision meshes, since some visual meshes were not available | 0 mm |
-| UR20, UR30 | the visual meshes; not fitted because of their license: whole centimeters were chosen and checked | 5 mm |
+| UR20, UR30 | the visual meshes, checked but not fitted (see below) | 5 mm |
 | all others | the visual meshes | 0.5 mm |
 
+- The meshes of the UR20 and the UR30 have another license, so no shapes were fitted to them. Dimensions in whole centimeters were
+  chosen, and checked against the meshes.
 - The lowest 2 mm of a base are left out, so that a floor at z = 0 does not touch it.
 - A shape is larger than its link. So the shapes of two links with one link between them may touch where the links do not. Such
-  a pair is allowed if the shapes touched in some of 10,000 random configurations and the meshes in none.
-  `robot.allowed_collisions` lists these pairs with the reason `Never`.
+  a pair is allowed, and therefore not checked, if the shapes touched in some of 10,000 random configurations and the meshes in
+  none. `robot.allowed_collisions` lists these pairs with the reason `never`, as an SRDF does for pairs that never touch.
 - Cables, hoses and tools are not part of the shapes.
 
 `tests/description/test_arm_tables.py` tests every arm. It compares poses with the DH tables and dimensions of the maker. It
@@ -94,7 +106,8 @@ checks the home configuration against the arm itself and a floor, solves inverse
 """
 INTRODUCTION = """## Tested files
 
-Ulna reads every URDF of the package example-robot-data and every xacro robot of rtb-data, and is compared with Pinocchio
+Ulna reads the URDFs of the package example-robot-data and the xacro robots of rtb-data, except for [three
+files](#not-loaded). The kinematics is compared with Pinocchio
 {pinocchio}. The columns *pose* and *Jacobian* give the largest difference over 100 random configurations. *pose* covers every
 entry of the pose of every link [m or 1]. *Jacobian* covers every entry of the Jacobian of every tip in the three frames.
 `tests/crosscheck` asserts that each is below 1e-9. *dof* counts the independent joints, without mimic joints.
@@ -181,8 +194,9 @@ Ulna refuses:
 - a ball joint.
 
 In 46 models of the first row and 7 of the others a mesh or a texture was missing or larger than 4 MB; they were read without
-it. The poses are computed from the numbers in the model. MuJoCo itself moves a geom within 1e-6 of its body's frame or center
-of mass onto it.
+it. The poses are computed from the numbers in the model. MuJoCo itself rounds the frame of a
+geom. If that frame is within 1e-6 of the body's frame or of its center of mass, MuJoCo uses the latter. So MuJoCo's pose of such
+a geom may differ from Ulna's by up to 1e-6.
 """
 
 
@@ -205,7 +219,13 @@ def named_arms() -> str:
     return page + NOT_SAID
 
 
-def row(file: Path, package_dirs: list[Path]) -> tuple[str, ulna.Robot, float]:
+def name_among(files: list[Path], file: Path) -> str:
+    """The name of a file in the table, with its package if another file has the same name."""
+    is_alone = sum(other.name == file.name for other in files) == 1
+    return f"`{file.name}`" if is_alone else f"`{file.name}` (`{file.parents[1].name}`)"
+
+
+def row(name: str, file: Path, package_dirs: list[Path]) -> tuple[str, ulna.Robot, float]:
     """One line of the table, the robot, and its loading time [s]."""
     seconds = []
     for _ in range(5):
@@ -215,7 +235,7 @@ def row(file: Path, package_dirs: list[Path]) -> tuple[str, ulna.Robot, float]:
     peer = Peer(robot, pin.buildModelFromXML(robot.to_urdf(), mimic=file.stem not in DEFEAT_THE_MIMIC_OPTION))
     difference = f"{farthest_link(peer):.1e} | {farthest_jacobian(peer):.1e}"
     least = min(seconds)
-    return f"| `{file.name}` | {len(robot.link_names)} | {robot.n_dof} | {difference} | {1e3 * least:.1f} |\n", robot, least
+    return f"| {name} | {len(robot.link_names)} | {robot.n_dof} | {difference} | {1e3 * least:.1f} |\n", robot, least
 
 
 def main() -> None:
@@ -229,7 +249,7 @@ def main() -> None:
             tables.append(f"### {title}\n\n{HEADER}")
             for file in files:
                 try:
-                    line, robot, seconds = row(file, dirs)
+                    line, robot, seconds = row(name_among(files, file), file, dirs)
                 except ulna.UlnaError as error:
                     refused.append(f"| `{file.name}` | {error} |\n")
                     continue
