@@ -221,7 +221,7 @@ def readers() -> dict[str, Callable[[Path], object]]:
     panda.in_collision(panda.home, ulna.World())  # loads what a question needs
 
     def as_visual(path: Path) -> object:
-        return reader.read_scene(path, reader.mesh_bytes(path), reader.Beside(reader.MeshFiles(panda.description), path))
+        return reader.read_scene(path, reader.mesh_bytes(path), reader.NeighborFiles(reader.MeshFiles(panda.description), path))
 
     def as_cloud(path: Path) -> object:
         ulna.PointCloud.from_file(path, radius=0.01)

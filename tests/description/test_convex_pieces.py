@@ -10,8 +10,8 @@ from scipy.spatial import ConvexHull
 
 import ulna
 from ell_mesh import CORNERS, FACES, cache, robot_of_the_ell
-from ulna.description.meshes import decompose, kept_pieces
-from ulna.description.meshes.kept_pieces import Pieces
+from ulna.description.meshes import decompose, piece_cache
+from ulna.description.meshes.piece_cache import Pieces
 from ulna.description.meshes.pieces import pieces_of, sampled_excess
 
 pytest.importorskip("coacd")
@@ -87,10 +87,10 @@ def test_pieces_are_cached_by_content_and_a_damaged_file_is_replaced(make, cache
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="folders of Windows have no modes")
 def test_a_cache_folder_that_others_can_write_is_not_used(make, cache):
-    kept_pieces.write("name.npz", kept_pieces.to_bytes(Pieces((np.zeros((1, 3)),), 0.0)))
-    assert kept_pieces.read("name.npz", kept_pieces.from_bytes) is not None
+    piece_cache.write("name.npz", piece_cache.to_bytes(Pieces((np.zeros((1, 3)),), 0.0)))
+    assert piece_cache.read("name.npz", piece_cache.from_bytes) is not None
     cache.parent.parent.chmod(0o777)
-    assert kept_pieces.read("name.npz", kept_pieces.from_bytes) is None
+    assert piece_cache.read("name.npz", piece_cache.from_bytes) is None
 
 
 def test_a_decomposition_beyond_the_time_limit_is_an_error(make, monkeypatch):

@@ -159,7 +159,7 @@ def test_the_center_of_mass_of_every_link_is_within_its_shapes(name):
     judged = [link for link in description.links if link.collisions and link.inertia is not None]
     assert len(judged) >= 6
     for link in judged:
-        low, high = Boxes(description).of_link(link)
+        low, high = Boxes(description).box_of_link(link)
         assert np.linalg.norm(link.inertia.center - np.clip(link.inertia.center, low, high)) < 0.02, link.name
 
 

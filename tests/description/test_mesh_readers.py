@@ -11,7 +11,7 @@ from assertions import assert_close
 from mesh_texts import ACCESSOR, CORNERS, FACES, INSTANCE, TRIANGLES, collada, doubled, stl
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.obj import rewritten_obj
-from ulna.description.meshes.reader import MAX_BYTES, Beside, mesh_bytes, read_scene, used_points
+from ulna.description.meshes.reader import MAX_BYTES, NeighborFiles, mesh_bytes, read_scene, used_points
 from ulna.errors import FileError
 from ulna.viewer.visuals import link_visuals
 
@@ -213,7 +213,7 @@ def test_a_mesh_with_a_missing_material_is_read(tmp_path):
     path = tmp_path / "part.dae"
     path.write_text(collada(f"<node>{bound}</node>"))
     files = MeshFiles(ulna.load(ROBOT.format("part.dae")).description)
-    assert len(read_scene(path, mesh_bytes(path), Beside(files, path)).to_mesh().faces) == 4
+    assert len(read_scene(path, mesh_bytes(path), NeighborFiles(files, path)).to_mesh().faces) == 4
 
 
 def test_a_mesh_file_that_is_too_large_or_missing_is_refused(tmp_path):
@@ -245,7 +245,7 @@ def test_a_wavefront_file_takes_time_by_its_materials_and_not_by_how_often_they_
         rewritten_obj(many, materials=True)
     path.write_bytes(many)
     files = MeshFiles(ulna.load("panda").description)
-    assert len(read_scene(path, mesh_bytes(path), Beside(files, path)).to_mesh().faces) == 50_000
+    assert len(read_scene(path, mesh_bytes(path), NeighborFiles(files, path)).to_mesh().faces) == 50_000
 
 
 def test_a_wavefront_face_of_too_many_corners_is_refused_before_it_is_cut_into_triangles():

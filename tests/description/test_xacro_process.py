@@ -47,8 +47,8 @@ def test_a_process_that_misbehaves_is_an_error(name, monkeypatch):
 
 def test_an_error_of_hundreds_of_megabytes_costs_the_parent_little_and_is_cut(monkeypatch):
     received = []
-    of_child = xacro._received
-    monkeypatch.setattr(xacro, "_received", lambda child: received.append(of_child(child)) or received[-1])
+    of_child = xacro._receive
+    monkeypatch.setattr(xacro, "_receive", lambda child: received.append(of_child(child)) or received[-1])
     text = DOCUMENT.replace("${1}", "${xacro.fatal('x' * 200000000)}")
     with pytest.raises(DescriptionError, match=r"^URDF text: xacro: x{150,200}\.\.\.$"):
         ulna.load(text)

@@ -17,9 +17,9 @@ PERIOD = 0.001  # [s], between two commands of a Franka
 START_TOLERANCE = 0.01  # [rad], distance of the arm from a motion's start
 MAX_TOLERANCE = 0.03  # [rad]: the approach over twice this distance needs 9 rad/s^2 and 450 rad/s^3
 _APPROACH = 0.2  # [s], duration of the approach to a motion's start
-_ROUNDED = 1e-9  # [rad], rounding of a position at its limit
-_NEAR = 1e-3  # [m], and entry of a rotation matrix: between the last axis of a description and the measured one
-_DESCRIBED = 1e-6  # [rad], rounding of the limits in a description
+_POSITION_ROUNDING = 1e-9  # [rad], rounding of a position at its limit
+_AXIS_TOLERANCE = 1e-3  # [m], and entry of a rotation matrix: between the last axis of a description and the measured one
+_LIMIT_ROUNDING = 1e-6  # [rad], rounding of the limits in a description
 
 
 def as_tolerance(value: object) -> float:
@@ -71,7 +71,7 @@ def commands_of(motion: Trajectory, model: ArmModel, q: Array, *, speed: float, 
         )
     motion = motion if speed == 1.0 else motion.slowed(speed)
     commands = motion.sampled(PERIOD).q
-    outside = (commands < model.lower - _ROUNDED) | (commands > model.upper + _ROUNDED)
+    outside = (commands < model.lower - _POSITION_ROUNDING) | (commands > model.upper + _POSITION_ROUNDING)
     if outside.any():
         row, joint = np.argwhere(outside)[0]
         raise InputError(
@@ -117,7 +117,7 @@ def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> No
     wide = [
         name
         for name, low, high, least, most in zip(robot.joint_names, robot.lower, robot.upper, FR3.lower, FR3.upper, strict=True)
-        if low < least - _DESCRIBED or high > most + _DESCRIBED
+        if low < least - _LIMIT_ROUNDING or high > most + _LIMIT_ROUNDING
     ]
     if wide:
         raise InputError("robot", f"the limits of {', '.join(wide)} of {robot.name} are wider than those of a {FR3.name}")
@@ -127,7 +127,7 @@ def refuse_another_robot(robot: Robot, q: ArrayLike, T_base_flange: Array) -> No
     described = inverse(T_first) @ T_last
     moved, turned = described[:3, 3] - T_base_flange[:3, 3], np.abs(described[:3, :3] - T_base_flange[:3, :3]).max()
     beside = np.linalg.norm(moved - described[:3, 2] * (described[:3, 2] @ moved))
-    if not max(beside, turned) <= _NEAR:
+    if not max(beside, turned) <= _AXIS_TOLERANCE:
         raise InputError(
             "robot",
             f"the last joint axis of {robot.name} is {beside * 1e3:.1f} mm off the measured one, and its rotation matrix "

@@ -229,7 +229,7 @@ class Franka:
                     steering.begin(q)
                     commands = [q.tolist()]
                 else:
-                    commands = np.concatenate([approach(q, body[0]), body, _held(body[-1])]).tolist()
+                    commands = np.concatenate([approach(q, body[0]), body, _hold(body[-1])]).tolist()
             self._measured = np.array(state.q)
             low, high = recent.min(axis=0), recent.max(axis=0)
             off = np.maximum(low - self._measured, self._measured - high)  # distance from all recent commands
@@ -244,7 +244,7 @@ class Franka:
             while steering is not None and len(commands) <= tick and not steering.ended:
                 commands.append(steering.step(self._measured).tolist())
                 if steering.ended:
-                    commands += _held(commands[-1]).tolist()
+                    commands += _hold(commands[-1]).tolist()
             k = min(tick, len(commands) - 1)
             sent.append((tick, commands[k], state.q))
             recent[len(sent) % len(recent)] = commands[k]
@@ -289,7 +289,7 @@ class Franka:
             return sent[-1][2] if sent else []
 
 
-def _held(q: ArrayLike) -> Array:
+def _hold(q: ArrayLike) -> Array:
     """Repeat the last command, shape (n, 7)."""
     return np.repeat(np.array(q)[None], round(_HOLD / PERIOD), axis=0)
 

@@ -32,7 +32,7 @@ PANELS = {
 }
 OWN = tuple(name for names in PANELS.values() for name in names)
 _PANEL_OF = {name: panel for panel, names in PANELS.items() for name in names}
-_LAST_BEFORE_GUESTS = "servo"
+_LAST_BEFORE_PLUGINS = "servo"
 _ARGUMENTS = "ulna.arguments"
 _OPTIONS_OF_WORDS = {  # the library's advice to a program, and the matching option of the command line
     "ulna.load(..., srdf=...)": "--srdf FILE",
@@ -51,7 +51,7 @@ class _Commands(TyperGroup):
         if cmd_name in OWN:
             self._load([cmd_name])
         elif cmd_name not in self.commands:
-            self._load_guests()
+            self._load_plugin_commands()
             if cmd_name not in self.commands:
                 self._load(OWN)  # a mistyped name: the suggestion considers all names
         return super().get_command(ctx, cmd_name)
@@ -64,31 +64,31 @@ class _Commands(TyperGroup):
     def list_commands(self, ctx):
         """List every name in the order of the help: commands of plugins after ``servo``, groups of plugins last."""
         self._load(OWN)
-        self._load_guests()
+        self._load_plugin_commands()
         places = {name: k for k, name in enumerate(OWN)}
 
         def place(name: str) -> float:
             is_group = isinstance(self.commands[name], TyperGroup)
-            return places.get(name, len(OWN) if is_group else places[_LAST_BEFORE_GUESTS] + 0.5)
+            return places.get(name, len(OWN) if is_group else places[_LAST_BEFORE_PLUGINS] + 0.5)
 
         return sorted(super().list_commands(ctx), key=place)
 
     def _load(self, names: Iterable[str]) -> None:
-        self.commands.update({name: _own(name) for name in names if name not in self.commands})
+        self.commands.update({name: _import_command(name) for name in names if name not in self.commands})
 
-    def _load_guests(self) -> None:
+    def _load_plugin_commands(self) -> None:
         from ulna.cli.plugins import COMMANDS, load_plugins  # noqa: PLC0415 -- most commands need no plugin
 
-        guests = typer.Typer()
-        guests.callback()(_nothing)
+        plugins = typer.Typer()
+        plugins.callback()(_do_nothing)
         with quiet_imports():
             for commands in load_plugins(COMMANDS):
-                guests.add_typer(commands)
-        self.commands.update({name: _as_written(each) for name, each in typer.main.get_group(guests).commands.items()})
+                plugins.add_typer(commands)
+        self.commands.update({name: _with_verbatim_help(each) for name, each in typer.main.get_group(plugins).commands.items()})
 
     def get_params(self, ctx):
         """Return the options; flags take no value."""
-        return _without_values(super().get_params(ctx))
+        return _hide_flag_types(super().get_params(ctx))
 
     def invoke(self, ctx):
         """Run a command, and print an error as one line, or as JSON."""
@@ -96,22 +96,22 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except UlnaError as error:
-            _tell(error, str(error), as_json=as_json)
+            _print_error(error, str(error), as_json=as_json)
             raise typer.Exit(2) from None
         except _UsageError as error:
             if not as_json:
                 raise
-            _tell(error, error.format_message(), as_json=True)
+            _print_error(error, error.format_message(), as_json=True)
             raise typer.Exit(2) from None
         except OSError as error:  # an error of the output: an unreadable input file is an UlnaError
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes stdout once more at exit
             if isinstance(error, BrokenPipeError):
                 raise typer.Exit(141) from None
-            _tell(error, error.strerror or str(error), as_json=as_json)
+            _print_error(error, error.strerror or str(error), as_json=as_json)
             raise typer.Exit(2) from None
 
 
-def _tell(error: Exception, message: str, *, as_json: bool) -> None:
+def _print_error(error: Exception, message: str, *, as_json: bool) -> None:
     for words, option in _OPTIONS_OF_WORDS.items():
         message = message.replace(words, option)
     if as_json:
@@ -120,7 +120,7 @@ def _tell(error: Exception, message: str, *, as_json: bool) -> None:
         warn(message)
 
 
-def _own(name: str):
+def _import_command(name: str):
     """Import one command from its file."""
     with quiet_imports():
         module = import_module(f"ulna.cli.{name}")
@@ -133,25 +133,25 @@ def _own(name: str):
         found = typer.main.get_command(alone)
     found.name = name
     vars(found)["rich_help_panel"] = _PANEL_OF[name]  # both a typer command and a group read this attribute
-    return _as_written(found)
+    return _with_verbatim_help(found)
 
 
-def _as_written(found):
+def _with_verbatim_help(found):
     """Make the help print as written: brackets are no markup, and only an empty line begins a paragraph.
 
     Flags show no type, since they take no value.
     """
     own = found.get_params
-    found.get_params = lambda ctx: _without_values(own(ctx))
+    found.get_params = lambda ctx: _hide_flag_types(own(ctx))
     for part in (found, *found.params):
         if getattr(part, "help", None):
             part.help = "\n\n".join(escape(" ".join(each.split())) for each in cleandoc(part.help).split("\n\n"))
     for each in getattr(found, "commands", {}).values():
-        _as_written(each)
+        _with_verbatim_help(each)
     return found
 
 
-def _without_values(parameters):
+def _hide_flag_types(parameters):
     """Remove the type of flags, ``--help`` included, from the help."""
     for each in parameters:
         if getattr(each, "is_flag", False):
@@ -159,7 +159,7 @@ def _without_values(parameters):
     return parameters
 
 
-def _nothing() -> None:
+def _do_nothing() -> None:
     pass
 
 

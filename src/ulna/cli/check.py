@@ -40,7 +40,7 @@ CHECK_KEYS = (
     "robot; in_collision: whether a sample touches; touches_at: time of the first contact, in seconds, or null; "
     "certified: whether all of it is certified free; within_limits; check: the verdict in words; duration, in seconds."
 )
-_OF_PAIR = (*(field.name for field in fields(Pair) if not field.name.startswith("_")), "point")
+_PAIR_FIELDS = (*(field.name for field in fields(Pair) if not field.name.startswith("_")), "point")
 
 
 @command
@@ -68,14 +68,16 @@ def check(
         if q is not None or not self_collision or max_distance:
             raise InputError("--q, --no-self, --within", "apply to a configuration, not to --motion")
         with as_options({"limits": "--limits", "hand": "--hand-speed"}):
-            return _of_motion(robot, around, motion, limits, hand_speed, hand_acceleration)
+            return _check_motion(robot, around, motion, limits, hand_speed, hand_acceleration)
     for option, given in (("--limits", limits), ("--hand-speed", hand_speed), ("--hand-acceleration", hand_acceleration)):
         if given is not None:
             raise InputError(option, "requires --motion")
-    return _of_configuration(robot, around, q_of(robot, q=q, degrees=degrees), self_collision=self_collision, within=max_distance)
+    return _check_configuration(
+        robot, around, q_of(robot, q=q, degrees=degrees), self_collision=self_collision, within=max_distance
+    )
 
 
-def _of_motion(
+def _check_motion(
     robot: Robot, around: World, path: Path, limits: str | None, speed: float | None, acceleration: float | None
 ) -> Output:
     """Check whether a motion is free, and within its limits."""
@@ -109,7 +111,7 @@ def motion_table(data) -> Iterator[RenderableType]:
         yield Text("not certified free; no contact at samples every 1 ms", "bold yellow")
 
 
-def _of_configuration(robot: Robot, around: World, q, *, self_collision: bool, within: float) -> Output:
+def _check_configuration(robot: Robot, around: World, q, *, self_collision: bool, within: float) -> Output:
     report = robot.check_collision(q, around, self_collision=self_collision, max_distance=within)
     data = {
         **data_of_q(robot, q),
@@ -117,7 +119,7 @@ def _of_configuration(robot: Robot, around: World, q, *, self_collision: bool, w
         "in_collision": report.in_collision,
         "signed_distance": robot.signed_distance(q, around, self_collision=self_collision),
         "touching": report.touching,
-        "pairs": [attributes(pair, *_OF_PAIR) for pair in report.pairs],
+        "pairs": [attributes(pair, *_PAIR_FIELDS) for pair in report.pairs],
     }
     return Output(data, check_table, status=1 if report.in_collision else 0)
 

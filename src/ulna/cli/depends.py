@@ -44,7 +44,7 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
             each.name: each.metavar if each.param_type_name == "argument" else each.opts[0] for each in context.command.params
         }
         warnings.filterwarnings("ignore", "rpy: ", UnitWarning)  # options of angles warn about degrees with their own names
-        with as_options(names), units_asked():
+        with as_options(names), unit_warnings_printed():
             output = _call(function, given, {})
         if output is not None:
             show(output, as_json=given["as_json"])
@@ -57,14 +57,14 @@ def command(function: Callable[..., Output | None]) -> Callable[..., None]:
 
 
 @contextmanager
-def units_asked() -> Iterator[None]:
+def unit_warnings_printed() -> Iterator[None]:
     """Within the block, print warnings about units as lines on standard error, without the source line of the program."""
     usual = warnings.showwarning
 
-    def told(message: Warning | str, category: type[Warning], *place: Any) -> None:
+    def show_warning(message: Warning | str, category: type[Warning], *place: Any) -> None:
         warn(str(message)) if issubclass(category, UnitWarning) else usual(message, category, *place)
 
-    warnings.showwarning = told
+    warnings.showwarning = show_warning
     try:
         yield
     finally:

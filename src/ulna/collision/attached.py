@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.collision.allowed import TOUCH_LINKS_HINT
-from ulna.description.given_names import as_link_names, refuse_no_name
+from ulna.description.name_checks import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose
 from ulna.description.robot_description import Description, Inertia, frozen
 from ulna.description.shapes import HalfSpace, Solid

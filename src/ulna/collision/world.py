@@ -13,8 +13,8 @@ from ulna.collision.grids import Obstacle
 from ulna.collision.object_tables import ObjectTables
 from ulna.collision.objects import Objects
 from ulna.description.arrays import as_number
-from ulna.description.given_names import as_link_names, refuse_no_name
 from ulna.description.likely_units import check_object, check_place, check_speed
+from ulna.description.name_checks import as_link_names, refuse_no_name
 from ulna.description.pose import as_one_pose, as_pose, orthonormal
 from ulna.description.shapes import Solid
 from ulna.engine.bound import IN_C, bind

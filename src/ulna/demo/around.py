@@ -28,7 +28,7 @@ _DEEPER = 1e-3  # [m], extra depth allowed on the way back: the distance covers 
 _CORNERS = round(SEGMENT_S * RATE_HZ)  # samples of the trajectory from corner to corner
 
 
-class Way(NamedTuple):
+class NextMotion(NamedTuple):
     """The motion to the next corner, and the plan behind it.
 
     Attributes:
@@ -44,7 +44,7 @@ class Way(NamedTuple):
     kept: int | None = None
 
 
-def planned(robot: Robot, start: Array, goals: Array, world: World, trail: Array) -> Way:
+def plan_motion(robot: Robot, start: Array, goals: Array, world: World, trail: Array) -> NextMotion:
     """Plan a motion to the first reachable configuration; if none is reachable, return the failed plan to the first.
 
     If a configuration touches the box, any other one with the same pose of the hand serves. The motion keeps the clearance if
@@ -56,12 +56,12 @@ def planned(robot: Robot, start: Array, goals: Array, world: World, trail: Array
         if plan.status == PlanStatus.GOAL_IN_COLLISION:
             plan = _plan(robot, start, robot.forward_kinematics(goal), world)
         if plan:
-            return Way(plan, plan.trajectory(velocity=_VELOCITY, acceleration=_ACCELERATION), number)
+            return NextMotion(plan, plan.trajectory(velocity=_VELOCITY, acceleration=_ACCELERATION), number)
         failed.append(plan)
     if failed[0].status == PlanStatus.START_IN_COLLISION and (last := _last_free(robot, start, trail, world)) is not None:
         back = np.concatenate([start[None], trail[last:][::-1]])
-        return Way(failed[0], robot.trajectory(back, velocity=_VELOCITY, acceleration=_ACCELERATION), kept=last + 1)
-    return Way(failed[0], None)
+        return NextMotion(failed[0], robot.trajectory(back, velocity=_VELOCITY, acceleration=_ACCELERATION), kept=last + 1)
+    return NextMotion(failed[0], None)
 
 
 def _last_free(robot: Robot, start: Array, trail: Array, world: World) -> int | None:
@@ -97,7 +97,7 @@ def is_free(robot: Robot, motion: Trajectory, since: float, world: World) -> boo
     return motion.is_free(world, since=float(times[np.argmax(distances > 0.0)]))
 
 
-class Around:
+class BoxAvoidance:
     """Moves the arm around the box to the next corner; plans again if the box is moved into the way.
 
     Args:
@@ -120,7 +120,7 @@ class Around:
         self._trail: deque[Array] = deque(maxlen=_MAX_OF_TRAIL)
         self._backs = False
 
-    def passed(self, q: Array) -> None:
+    def remember(self, q: Array) -> None:
         """Record the arm's configuration in the trail, so that the arm can leave the box the way it came."""
         if not self._backs and (not self._trail or np.abs(q - self._trail[-1]).max() > _TRAIL_STEP):
             self._trail.append(q)
@@ -139,7 +139,7 @@ class Around:
             self.begin()
         box = self._demo.world.pose(BOX_NAME)
         if self._box is None or not np.array_equal(box, self._box):
-            self._look_again(q, box, corners)
+            self._update_motion(q, box, corners)
         if self._motion is None:
             return self._keep(q)
         self._time += seconds
@@ -165,14 +165,14 @@ class Around:
             return f"no path around the box: {self.plan.status}"
         return f"no path around the box was found: {self.plan}"
 
-    def _look_again(self, q: Array, box: Array, corners: Array) -> None:
+    def _update_motion(self, q: Array, box: Array, corners: Array) -> None:
         """Keep the motion if the rest of it is free; otherwise plan another one."""
         robot, world = self._demo.robot, self._demo.world
         if self._motion is not None and self._ask(NAME, is_free, robot, self._motion, self._time, world):
             self._box = box
             return
         trail = np.array(self._trail).reshape(-1, robot.n_dof)
-        found = self._ask(NAME, planned, robot, q, np.roll(corners, -self.corner, axis=0), world, trail)
+        found = self._ask(NAME, plan_motion, robot, q, np.roll(corners, -self.corner, axis=0), world, trail)
         if found is None:
             self._motion = None
             return

@@ -52,7 +52,7 @@ def urdf_against_dh(robot: Robot, dh_robot: Robot, q: NDArray) -> Check:
     """Compare the forward kinematics of all nine frames from the URDF and from the DH table."""
     columns = [robot.link_names.index(name) for name in panda.DH_LINKS]
     difference = np.abs(robot.link_poses(q)[:, columns] - dh_robot.link_poses(q)[:, 1:]).max()
-    return _below("forward kinematics, URDF against DH", difference, 1e-12, "", f"9 frames, {len(q)} configurations")
+    return _bounded_check("forward kinematics, URDF against DH", difference, 1e-12, "", f"9 frames, {len(q)} configurations")
 
 
 def jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
@@ -65,7 +65,7 @@ def jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
         differences[:, :3, j] = rate[:, :3, 3]
         differences[:, 3:, j] = np.stack([W[:, 2, 1] - W[:, 1, 2], W[:, 0, 2] - W[:, 2, 0], W[:, 1, 0] - W[:, 0, 1]], axis=-1) / 2
     largest = np.abs(robot.jacobian(q) - differences).max()
-    return _below("Jacobian against central differences", largest, 1e-8, "", f"{len(q)} configurations")
+    return _bounded_check("Jacobian against central differences", largest, 1e-8, "", f"{len(q)} configurations")
 
 
 def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
@@ -78,7 +78,9 @@ def analytical_jacobian_against_differences(robot: Robot, q: NDArray) -> Check:
         differences[:, :3, j] = (ahead - behind)[:, :3, 3] / (2 * DIFFERENCE_STEP)
         differences[:, 3:, j] = turn / (2 * DIFFERENCE_STEP)
     largest = np.abs(robot.analytical_jacobian(q) - differences).max()
-    return _below("analytical Jacobian against differences", largest, 1e-5, "", f"{len(q)} configurations, |cos pitch| > 0.1")
+    return _bounded_check(
+        "analytical Jacobian against differences", largest, 1e-5, "", f"{len(q)} configurations, |cos pitch| > 0.1"
+    )
 
 
 def levenberg_marquardt_round_trips(robot: Robot, dh_robot: Robot, rng: np.random.Generator) -> Check:
@@ -111,7 +113,7 @@ def by_jacobian_transpose(robot: Robot, target: NDArray, q: NDArray, tolerance: 
     The step is alpha g with g = J' e, alpha = <e, J g> / <J g, J g>, halved until the error decreases. ``hw2/franka_robot.py``
     uses the same step. Joint limits are ignored here.
     """
-    e = _missing(target, robot.forward_kinematics(q))
+    e = _pose_error(target, robot.forward_kinematics(q))
     for steps in range(MAX_STEPS):
         if max(np.linalg.norm(e[:3]), np.linalg.norm(e[3:])) <= tolerance:
             return q, e, steps
@@ -120,7 +122,7 @@ def by_jacobian_transpose(robot: Robot, target: NDArray, q: NDArray, tolerance: 
         Jg = J @ g
         alpha = (e @ Jg) / (Jg @ Jg)
         while True:
-            tried = _missing(target, robot.forward_kinematics(q + alpha * g))
+            tried = _pose_error(target, robot.forward_kinematics(q + alpha * g))
             if tried @ tried < e @ e:
                 break
             alpha /= 2
@@ -157,7 +159,7 @@ def boxes_against_reference(robot: Robot, q: NDArray, rng: np.random.Generator) 
 def closed_trajectory(robot: Robot) -> Check:
     """Check that the demo's trajectory ends at its start."""
     off = np.abs(make_trajectory(robot).samples[-1] - robot.home).max()
-    return _below("trajectory closes at home", off, 1e-6, " rad", "90 samples")
+    return _bounded_check("trajectory closes at home", off, 1e-6, " rad", "90 samples")
 
 
 def slow_gap(T_a: NDArray, a: Box, T_b: NDArray, b: Box) -> float:
@@ -190,10 +192,10 @@ def _reached(robot: Robot, q: NDArray, targets: NDArray, tolerance: float) -> ND
     return (away <= tolerance) & (angle_between(T, targets) <= tolerance)
 
 
-def _missing(target: NDArray, T: NDArray) -> NDArray:
+def _pose_error(target: NDArray, T: NDArray) -> NDArray:
     """The displacement [m] and the rotation vector [rad] from a pose to the target, in the base, shape (6,)."""
     return np.concatenate([target[:3, 3] - T[:3, 3], rotation_vector_from_matrix(target[:3, :3] @ T[:3, :3].T)])
 
 
-def _below(name: str, value: float, bound: float, unit: str, over: str) -> Check:
+def _bounded_check(name: str, value: float, bound: float, unit: str, over: str) -> Check:
     return Check(name, f"{value:.1e}{unit} ({over})", f"{bound:.0e}{unit}", bool(value <= bound))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.collision.report import Report
-from ulna.demo.around import Around, corners_of
+from ulna.demo.around import BoxAvoidance, corners_of
 from ulna.demo.scenario import Demo
 from ulna.viewer.session.session import ask_at_once
 
@@ -50,14 +50,14 @@ class Player:
         self.report: Report | None = None
         self.q = demo.robot.home
         self.time = self.answer_time = 0.0
-        self.avoiding, self.around = False, Around(demo, ask)
+        self.avoiding, self.around = False, BoxAvoidance(demo, ask)
         self.lock = threading.RLock()
 
     def move_to(self, q: NDArray[np.float64]) -> None:
         """Move the arm to q, shape (n_dof,)."""
         with self.lock:
             self.q = q
-            self.around.passed(q)
+            self.around.remember(q)
             self.screen.draw_arm(q)
             self.check()
 

@@ -69,12 +69,12 @@ class Payload:
             return None
         mass = as_number("mass", self.mass, 0.0, "a finite number of kilograms of at least 0")
         is_whole = self.com is not None and self.inertia is not None
-        even = _Even() if shape is None or is_whole else _spread(shape)
-        com = even.center if self.com is None else _three("com", self.com)
-        return Inertia(mass, com, mass * even.tensor if self.inertia is None else _given_tensor(self.inertia, mass))
+        even = _UniformBody() if shape is None or is_whole else _uniform_body(shape)
+        com = even.center if self.com is None else _as_point("com", self.com)
+        return Inertia(mass, com, mass * even.tensor if self.inertia is None else _as_tensor(self.inertia, mass))
 
 
-class _Even(NamedTuple):
+class _UniformBody(NamedTuple):
     """A body of 1 kg and uniform density: its volume [m^3], its center [m], and its tensor about the center."""
 
     volume: float = 0.0
@@ -83,35 +83,35 @@ class _Even(NamedTuple):
 
 
 def _of_density(density: float, shape: object) -> Inertia:
-    even = _spread(shape)
+    even = _uniform_body(shape)
     if even.volume <= 0.0:
         raise InputError("density", f"{shape!r} has no volume; give its mass")
     mass = density * even.volume
     return Inertia(mass, even.center, mass * even.tensor)
 
 
-def _spread(shape: object) -> _Even:
+def _uniform_body(shape: object) -> _UniformBody:
     """A shape of 1 kg. Source: tables of moments of inertia; a capsule by the parallel axis theorem."""
     match shape:
         case Box(extents=(x, y, z)):
-            return _Even(x * y * z, tensor=np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) / 12)
+            return _UniformBody(x * y * z, tensor=np.diag([y * y + z * z, x * x + z * z, x * x + y * y]) / 12)
         case Sphere(radius=r):
-            return _Even(4 / 3 * np.pi * r**3, tensor=0.4 * r * r * np.eye(3))
+            return _UniformBody(4 / 3 * np.pi * r**3, tensor=0.4 * r * r * np.eye(3))
         case Cylinder(radius=r, length=h):
             across = (3 * r * r + h * h) / 12
-            return _Even(np.pi * r * r * h, tensor=np.diag([across, across, r * r / 2]))
+            return _UniformBody(np.pi * r * r * h, tensor=np.diag([across, across, r * r / 2]))
         case Capsule(radius=r, length=h):
             middle, ends = h, 4 / 3 * r  # volumes over pi r^2
             share = middle / (middle + ends) if middle + ends else 0.0
             across = share * (3 * r * r + h * h) / 12 + (1 - share) * (0.4 * r * r + h * h / 4 + 3 / 8 * h * r)
             along = share * r * r / 2 + (1 - share) * 0.4 * r * r
-            return _Even(np.pi * r * r * (middle + ends), tensor=np.diag([across, across, along]))
+            return _UniformBody(np.pi * r * r * (middle + ends), tensor=np.diag([across, across, along]))
         case ConvexMesh(vertices=points):
-            return _spread_mesh(points)
-    return _Even()
+            return _uniform_mesh(points)
+    return _UniformBody()
 
 
-def _spread_mesh(points: Array) -> _Even:
+def _uniform_mesh(points: Array) -> _UniformBody:
     """A convex mesh of 1 kg, exact; without volume it is a point at its vertices' mean.
 
     The hull is divided into tetrahedra, each with a triangle of the hull and a point inside. Source: integrals over a
@@ -124,16 +124,16 @@ def _spread_mesh(points: Array) -> _Even:
     try:
         triangles = (points - inside)[ConvexHull(points).simplices]
     except (QhullError, ValueError):  # fewer than four points, or all in one plane
-        return _Even(center=inside)
+        return _UniformBody(center=inside)
     volumes, sums = np.abs(np.linalg.det(triangles)) / 6, triangles.sum(axis=1)
     shares = volumes / volumes.sum()
     center = shares @ sums / 4
     squares = (np.einsum("t,tki,tkj->ij", shares, triangles, triangles) + np.einsum("t,ti,tj->ij", shares, sums, sums)) / 20
     squares -= np.outer(center, center)
-    return _Even(float(volumes.sum()), inside + center, np.trace(squares) * np.eye(3) - squares)
+    return _UniformBody(float(volumes.sum()), inside + center, np.trace(squares) * np.eye(3) - squares)
 
 
-def _given_tensor(inertia: ArrayLike, mass: float) -> Array:
+def _as_tensor(inertia: ArrayLike, mass: float) -> Array:
     tensor = as_floats("inertia", inertia)
     if tensor.shape != (3, 3) or not np.isfinite(tensor).all():
         raise InputError("inertia", f"shape {tensor.shape}; finite numbers [kg m^2] of shape (3, 3) are expected")
@@ -147,7 +147,7 @@ def _given_tensor(inertia: ArrayLike, mass: float) -> Array:
     return tensor
 
 
-def _three(name: str, values: ArrayLike) -> Array:
+def _as_point(name: str, values: ArrayLike) -> Array:
     point = within_reach(name, values)
     if point.shape != (3,):
         raise InputError(name, f"shape {point.shape}; three numbers [m] are expected")

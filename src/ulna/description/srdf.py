@@ -49,9 +49,9 @@ class _Reader(Reader):
                 raise self.fail(root, f"has more than {_MAX_GROUPS} <{path.rpartition('/')[2]}>")
         return Srdf(
             name=root.get("name", ""),
-            groups=self.unlike([self.group(element) for element in root.iterfind("group")], root, "group"),
-            end_effectors=self.unlike([self.end_effector(e) for e in root.iterfind("end_effector")], root, "end_effector"),
-            states=self.unlike([self.state(element) for element in root.iterfind("group_state")], root, "group_state"),
+            groups=self.unique([self.group(element) for element in root.iterfind("group")], root, "group"),
+            end_effectors=self.unique([self.end_effector(e) for e in root.iterfind("end_effector")], root, "end_effector"),
+            states=self.unique([self.state(element) for element in root.iterfind("group_state")], root, "group_state"),
             disabled_collisions=tuple(self.disabled(element) for element in root.iterfind("disable_collisions")),
             virtual_joints=tuple(self.virtual_joint(element) for element in root.iterfind("virtual_joint")),
             passive_joints=self.names(root, "passive_joint"),
@@ -70,7 +70,7 @@ class _Reader(Reader):
                     near = did_you_mean(str(child.tag), read)
                     yield str(self.fail(child, f"<{child.tag}> in <{parent.tag}> is not known, and left out{near}"))
 
-    def unlike(self, items: list, root: etree._Element, tag: str) -> tuple:
+    def unique(self, items: list, root: etree._Element, tag: str) -> tuple:
         """The items; raises an error if two have the same name."""
         seen: dict[str, int | None] = {}
         for item, element in zip(items, root.iterfind(tag), strict=True):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ulna.description.given_names import name_fault
+from ulna.description.name_checks import name_fault
 from ulna.description.robot_description import N_POSITIONS, Description, Joint, JointType, Mimic
 from ulna.errors import DescriptionError, did_you_mean
 from ulna.kernels.layout import LARGEST

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.given_names import refuse_no_name
+from ulna.description.name_checks import refuse_no_name
 from ulna.description.references import matched, with_chains_listed
 from ulna.description.robot_description import Description, Inertia, Joint, JointType, Link
 from ulna.description.structure import joints_below, leaf_links, root_link

@@ -151,7 +151,7 @@ def of_robot(element: etree._Element) -> str:
 def _element(child: etree._Element, parent: str, *, of_looks: bool) -> Unread:
     name, of_others = etree.QName(child), _OTHERS.get(parent, ())
     tag, what = name.localname, f"<{name.localname}> in <{parent}>"
-    if name.namespace is None and (near := _nearly(tag, CHILDREN.get(parent, ()))):
+    if name.namespace is None and (near := _intended_name(tag, CHILDREN.get(parent, ()))):
         return Unread(child, what, f"{what} is not known, and left out; did you mean <{near}>?", not of_looks)
     if parent == "robot" and tag == "gazebo":
         ties = next((part.tag for part in child.iterchildren("joint", "link", "model", "include")), None)
@@ -173,7 +173,7 @@ def _attributes(element: etree._Element, tag: str, *, of_looks: bool) -> Iterato
         if key in known or not known or (name.namespace is not None and tag != "limit"):
             continue
         what = f"attribute {name.localname!r} of <{tag}>"
-        if name.namespace is None and (near := _nearly(key, known)):
+        if name.namespace is None and (near := _intended_name(key, known)):
             yield Unread(element, what, f"{what} is not known, and left out; did you mean {near!r}?", not of_looks)
         elif tag in _NAMED or of_looks or name.localname in _OTHER_ATTRIBUTES.get(tag, ()):
             yield Unread(element, what, "", matters=False)
@@ -210,6 +210,6 @@ def _is_identity(origin: etree._Element) -> bool:
         return False
 
 
-def _nearly(name: str, known: Iterable[str]) -> str | None:
+def _intended_name(name: str, known: Iterable[str]) -> str | None:
     """The known name that a misspelt one was meant to be."""
     return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=_LIKENESS)), None)

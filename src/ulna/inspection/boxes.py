@@ -24,7 +24,7 @@ class Boxes:
         self._files = MeshFiles(described)
         self._known: dict[str, Array] = {}
 
-    def of_file(self, uri: str) -> Array:
+    def box_of_file(self, uri: str) -> Array:
         """The box around the triangles of a mesh file, before scaling.
 
         Raises:
@@ -37,22 +37,22 @@ class Boxes:
             self._known[uri] = np.array([points.min(axis=0), points.max(axis=0)])
         return self._known[uri]
 
-    def of_link(self, link: Link) -> Array | None:
+    def box_of_link(self, link: Link) -> Array | None:
         """The box around the shapes of a link in its axes: visuals and collisions, or whichever can be read."""
-        kinds = [self._around(bodies) for bodies in (link.visuals, link.collisions) if bodies]
+        kinds = [self._box_of_bodies(bodies) for bodies in (link.visuals, link.collisions) if bodies]
         return _union([box for box in kinds if box is not None])
 
-    def _around(self, bodies: Iterable[Body]) -> Array | None:
+    def _box_of_bodies(self, bodies: Iterable[Body]) -> Array | None:
         boxes = []
         for body in bodies:
-            box = self._of_shape(body.shape)
+            box = self._box_of_shape(body.shape)
             if box is None:
                 return None
             corners = np.where(_SIGNS, box[1], box[0]) @ body.pose[:3, :3].T + body.pose[:3, 3]
             boxes.append(np.array([corners.min(axis=0), corners.max(axis=0)]))
         return _union(boxes)
 
-    def _of_shape(self, shape: Shape) -> Array | None:
+    def _box_of_shape(self, shape: Shape) -> Array | None:
         if (kind := kind_of(shape)) is not None:
             half = np.array(kind.half_extents(shape))
             return np.array([-half, half])
@@ -61,7 +61,7 @@ class Boxes:
                 return np.array([points.min(axis=0), points.max(axis=0)])
             case Mesh(uri, scale) if uri.lower().endswith(CHECKED):
                 try:
-                    return np.sort(self.of_file(uri) * scale, axis=0)
+                    return np.sort(self.box_of_file(uri) * scale, axis=0)
                 except (FileError, MissingExtraError, OSError):
                     return None  # another check reports it
         return None

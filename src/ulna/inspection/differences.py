@@ -82,7 +82,7 @@ def joint_differences(one: Joint, other: Joint, matching: Matching, tolerances: 
 
 
 def _frame_differences(one: Joint, other: Joint, tolerances: Tolerances) -> Iterator[Difference]:
-    if _apart(one.origin, other.origin, tolerances):
+    if _poses_differ(one.origin, other.origin, tolerances):
         yield Difference("origin", one.name, _place_words(one.origin), _place_words(other.origin))
     if one.type in _WITH_AXIS and other.type in _WITH_AXIS:
         axis_a, axis_b = one.origin[:3, :3] @ one.axis, other.origin[:3, :3] @ other.axis
@@ -100,25 +100,25 @@ def body_differences(one: Link, other: Link, tolerances: Tolerances) -> Iterator
             continue
         for k, (body_a, body_b) in enumerate(zip(bodies_a, bodies_b, strict=True), start=1):
             where = one.name if len(bodies_a) == 1 else f"{one.name}, shape {k}"
-            if not _alike(body_a.shape, body_b.shape, tolerances.position):
+            if not _shapes_equal(body_a.shape, body_b.shape, tolerances.position):
                 yield Difference(kind, where, _shape_words(body_a.shape), _shape_words(body_b.shape))
-            if _apart(body_a.pose, body_b.pose, tolerances):
+            if _poses_differ(body_a.pose, body_b.pose, tolerances):
                 yield Difference(kind, where, _place_words(body_a.pose), _place_words(body_b.pose))
 
 
-def _apart(T_a: NDArray[np.float64], T_b: NDArray[np.float64], tolerances: Tolerances) -> bool:
+def _poses_differ(T_a: NDArray[np.float64], T_b: NDArray[np.float64], tolerances: Tolerances) -> bool:
     away = np.linalg.norm((T_a - T_b)[:3, 3])
     return bool(away > tolerances.position or angle_between(T_a, T_b) > tolerances.rotation)
 
 
-def _alike(one: Shape, other: Shape, tolerance: float) -> bool:
+def _shapes_equal(one: Shape, other: Shape, tolerance: float) -> bool:
     if type(one) is not type(other):
         return False
     pairs = zip(asdict(one).values(), asdict(other).values(), strict=True)
-    return all(a == b if isinstance(a, str) else _near(a, b, tolerance) for a, b in pairs)
+    return all(a == b if isinstance(a, str) else _numbers_close(a, b, tolerance) for a, b in pairs)
 
 
-def _near(one, other, tolerance: float) -> bool:
+def _numbers_close(one, other, tolerance: float) -> bool:
     return np.shape(one) == np.shape(other) and np.allclose(one, other, rtol=0, atol=tolerance)
 
 

@@ -13,7 +13,7 @@ _WORDS = {"name", "type", "version", "link", "joint", "filename"}
 _COUNTS = {"xyz": 3, "rpy": 3, "quat_xyzw": 4, "size": 3, "scale": 3, "rgba": 4}
 
 
-def found(severity: Severity, element: etree._Element, message: str) -> Finding:
+def finding_at(severity: Severity, element: etree._Element, message: str) -> Finding:
     """A finding about the joint, link or document that contains an element, at the element's line."""
     return Finding(severity, of_robot(element), message, element.sourceline)
 
@@ -42,7 +42,7 @@ def element_findings(root: etree._Element) -> Iterator[Finding]:
             yield from _number_findings(element, others)
     for part in unread_parts(root):
         if part.message:
-            yield found(WARNING, part.element, part.message)
+            yield finding_at(WARNING, part.element, part.message)
         else:
             unused[part.what] += 1
     for what, count in unused.items():
@@ -54,4 +54,4 @@ def _number_findings(element: etree._Element, others: tuple[str, ...]) -> Iterat
         if key in ATTRIBUTES[str(element.tag)] and key not in (*_WORDS, *others) and numbers(element, key) is None:
             count = _COUNTS.get(key, 1)
             message = f'<{element.tag}> {key}="{text[:60]}": {count} finite number{"s" * (count > 1)} expected'
-            yield found(ERROR, element, message)
+            yield finding_at(ERROR, element, message)

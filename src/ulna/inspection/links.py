@@ -12,7 +12,7 @@ from ulna.description.packages import resolve_uri
 from ulna.description.unread import of_robot
 from ulna.errors import FileError, MissingExtraError, count_of, listed
 from ulna.inspection.boxes import Boxes
-from ulna.inspection.elements import found, number, numbers
+from ulna.inspection.elements import finding_at, number, numbers
 from ulna.inspection.result import ERROR, NOTE, WARNING, Finding
 
 LARGEST, SMALLEST = 20.0, 1e-3  # [m], bounds on the size of an arm's part; sizes beyond them suggest another unit
@@ -24,10 +24,10 @@ def shape_findings(root: etree._Element) -> Iterator[Finding]:
         for element in root.iterfind(f"link/{kind}"):
             geometry = element.find("geometry")
             if geometry is None or not len(geometry):
-                yield found(ERROR, element, f"<{kind}> has no <geometry>")
+                yield finding_at(ERROR, element, f"<{kind}> has no <geometry>")
                 continue
             yield from _primitive_findings(geometry[0], kind)
-        yield from _without(root, kind)
+        yield from _links_without(root, kind)
 
 
 def _primitive_findings(shape: etree._Element, kind: str) -> Iterator[Finding]:
@@ -35,9 +35,9 @@ def _primitive_findings(shape: etree._Element, kind: str) -> Iterator[Finding]:
     if extents is None:
         return
     if min(extents) < 0:
-        yield found(ERROR, shape, f"{kind} {shape.tag} has a negative length")
+        yield finding_at(ERROR, shape, f"{kind} {shape.tag} has a negative length")
     elif min(extents) == 0:
-        yield found(WARNING if kind == "collision" else NOTE, shape, f"{kind} {shape.tag} has no volume")
+        yield finding_at(WARNING if kind == "collision" else NOTE, shape, f"{kind} {shape.tag} has no volume")
     else:
         yield from _size_findings(f"{kind} {shape.tag}", extents, shape)
 
@@ -46,9 +46,9 @@ def _size_findings(what: str, extents: Sequence[float], element: etree._Element)
     """A warning if the extents [m] do not suit any part of a robot."""
     words = " x ".join(f"{extent:.3g}" for extent in extents)
     if max(extents) > LARGEST:
-        yield found(WARNING, element, f"{what} is {words} m: millimeters? Lengths are meters")
+        yield finding_at(WARNING, element, f"{what} is {words} m: millimeters? Lengths are meters")
     elif 0 < max(extents) < SMALLEST:
-        yield found(WARNING, element, f"{what} is {words} m: smaller than a millimeter; scaled twice?")
+        yield finding_at(WARNING, element, f"{what} is {words} m: smaller than a millimeter; scaled twice?")
 
 
 def _extents(shape: etree._Element) -> tuple[float, ...] | None:
@@ -61,7 +61,7 @@ def _extents(shape: etree._Element) -> tuple[float, ...] | None:
     return None if length is None else (2 * radius, 2 * radius, length)
 
 
-def _without(root: etree._Element, kind: str) -> Iterator[Finding]:
+def _links_without(root: etree._Element, kind: str) -> Iterator[Finding]:
     """One note for all links without such shapes; frames without any shape, such as tool points, do not count."""
     bare = [link for link in root.iterfind("link") if link.find(kind) is None]
     if bare and root.find(f"link/{kind}") is None:
@@ -81,17 +81,17 @@ def mesh_findings(root: etree._Element, described: Located, boxes: Boxes) -> Ite
         users.setdefault((mesh.get("filename", ""), numbers(mesh, "scale") or (1.0, 1.0, 1.0)), mesh)
     missing: dict[str, list[tuple[str, etree._Element, tuple[str, ...]]]] = defaultdict(list)
     unread: Counter[tuple[str, str]] = Counter()
-    lacking = _lacking()
+    lacking = _missing_reader_advice()
     for (uri, scale), mesh in users.items():
         if min(map(abs, scale)) == 0:
-            yield found(WARNING, mesh, f"mesh {_short(uri)} has a scale of 0")
+            yield finding_at(WARNING, mesh, f"mesh {_short(uri)} has a scale of 0")
             continue
         try:
             path, tried = resolve_uri(uri, described.folder, described.package_dirs)
         except OSError:  # an invalid file name
             path, tried = None, []
         if path is None:
-            missing[_home(uri)].append((uri, mesh, tuple(map(str, tried))))
+            missing[_folder_of(uri)].append((uri, mesh, tuple(map(str, tried))))
         elif path.suffix.lower() not in CHECKED:
             unread[f" of kind {path.suffix.lower()!r}", "found, but not read"] += 1
         elif lacking:
@@ -104,7 +104,7 @@ def mesh_findings(root: etree._Element, described: Located, boxes: Boxes) -> Ite
         yield Finding(NOTE, "document", f"{count_of(count, 'mesh', 'meshes')}{of} {'was' if count == 1 else 'were'} {words}")
 
 
-def _lacking() -> str:
+def _missing_reader_advice() -> str:
     """The advice to install a reader of meshes; empty if one is installed."""
     try:
         mesh_reader()
@@ -116,9 +116,9 @@ def _lacking() -> str:
 def _content_findings(uri: str, boxes: Boxes, scale: tuple[float, ...], mesh: etree._Element) -> Iterator[Finding]:
     name = f"mesh {_short(uri)}"
     try:
-        extents = np.ptp(boxes.of_file(uri), axis=0)
+        extents = np.ptp(boxes.box_of_file(uri), axis=0)
     except FileError as error:
-        yield found(WARNING, mesh, f"{name} cannot be read: {error.message.removeprefix('cannot be read: ')}")
+        yield finding_at(WARNING, mesh, f"{name} cannot be read: {error.message.removeprefix('cannot be read: ')}")
         return
     yield from _size_findings(name, np.abs(extents * scale).tolist(), mesh)
 
@@ -132,7 +132,7 @@ def _missing(home: str, some: list[tuple[str, etree._Element, tuple[str, ...]]])
     return Finding(WARNING, of_robot(mesh) if len(some) == 1 else "document", message, mesh.sourceline, tried)
 
 
-def _home(uri: str) -> str:
+def _folder_of(uri: str) -> str:
     scheme, separator, rest = uri.partition("://")
     if scheme == "package" and separator:
         return f"package {rest.partition('/')[0]!r}"

@@ -15,9 +15,9 @@ from ulna.inspection.result import NOTE, WARNING, Finding
 from ulna.robot import Robot
 
 _LARGEST_REACH, _MIN_REACH = 20.0, 0.01  # [m]
-_LITTLE = 0.05  # fraction of a range: smaller differences are the rounding of published limits
-_OFTEN, _MOSTLY = 0.1, 0.5  # fractions of the random configurations: the bounds of a note and of a warning
-_WAYS = (
+_NARROWING_TOLERANCE = 0.05  # fraction of a range: smaller differences are the rounding of published limits
+_NOTE_SHARE, _WARNING_SHARE = 0.1, 0.5  # fractions of the random configurations: the bounds of a note and of a warning
+_ADVICE = (
     "If the meshes do not touch: robot.with_allowed_collisions(at=q) allows what touches at a q or a state of the SRDF that is "
     "known to be free, robot.with_allowed_collisions([(link, link)]) single pairs, and meshes='decompose' follows hollows"
 )
@@ -86,7 +86,7 @@ def _narrowed(joint: Joint, drive: Drive, own: tuple[float, float]) -> tuple[flo
     low, high = sorted((bound - drive.offset) / drive.ratio for bound in hard_bounds(joint))
     left = max(low, own[0]), min(high, own[1])
     width = own[1] - own[0]
-    return left if math.isfinite(width) and left[1] - left[0] < (1 - _LITTLE) * width else None
+    return left if math.isfinite(width) and left[1] - left[0] < (1 - _NARROWING_TOLERANCE) * width else None
 
 
 def hull_findings(robot: Robot) -> Iterator[Finding]:
@@ -96,15 +96,15 @@ def hull_findings(robot: Robot) -> Iterator[Finding]:
     meshed = {link.name for link in robot.description.links if any(isinstance(body.shape, Mesh) for body in link.collisions)}
     try:
         hulls = robot.with_convex_hulls()
-        pairs = sorted(hulls.allowed_collisions.touching(_OFTEN), key=lambda pair: (-pair.touched, pair.link_a, pair.link_b))
+        pairs = sorted(hulls.allowed_collisions.touching(_NOTE_SHARE), key=lambda pair: (-pair.touched, pair.link_a, pair.link_b))
         home = hulls.check_collision(hulls.home).pairs
     except UlnaError:
         return
     often = [pair for pair in pairs if not meshed.isdisjoint(pair.links)]
     if often:
         words = [f"{pair.link_a} and {pair.link_b} at {pair.touched} ({pair.touched / pair.samples:.0%})" for pair in often]
-        severity = WARNING if often[0].touched >= _MOSTLY * often[0].samples else NOTE
-        yield Finding(severity, "document", f"hulls touch at some of {often[0].samples} random q: {listed(words)}. {_WAYS}")
+        severity = WARNING if often[0].touched >= _WARNING_SHARE * often[0].samples else NOTE
+        yield Finding(severity, "document", f"hulls touch at some of {often[0].samples} random q: {listed(words)}. {_ADVICE}")
     touching = {frozenset((pair.link_a, str(pair.link_b))) for pair in home if pair.signed_distance <= 0.0}
     at_home = [" and ".join(sorted(links)) for links in touching if not meshed.isdisjoint(links)]
     if at_home:

@@ -13,7 +13,7 @@ from ulna.description.structure import joints_from_root
 from ulna.description.urdf import inertia_of
 from ulna.errors import DescriptionError, listed
 from ulna.inspection.boxes import Boxes
-from ulna.inspection.elements import found
+from ulna.inspection.elements import finding_at
 from ulna.inspection.result import NOTE, WARNING, Finding
 
 _ZERO = 1e-12  # relative to the largest moment
@@ -41,7 +41,9 @@ def inertia_findings(root: etree._Element, *, loads: bool) -> Iterator[Finding]:
         if inertia.mass == 0 and not inertia.tensor.any():
             massless.append(link.get("name", ""))
         else:
-            yield from (found(WARNING, element, message) for element in link.iterfind("inertial") for message in _faults(inertia))
+            yield from (
+                finding_at(WARNING, element, message) for element in link.iterfind("inertial") for message in _faults(inertia)
+            )
     if massless:
         yield Finding(NOTE, "document", f"mass and inertia are zero: {listed(massless)}")
 
@@ -74,7 +76,7 @@ def mass_findings(description: Description, boxes: Boxes, reach: float) -> Itera
     for link in description.links:
         if link.inertia is None or not link.inertia.mass:
             continue
-        box, moment = boxes.of_link(link), float(np.linalg.eigvalsh(link.inertia.tensor)[-1])
+        box, moment = boxes.box_of_link(link), float(np.linalg.eigvalsh(link.inertia.tensor)[-1])
         extents = np.full(3, _MAX_SIZE) if box is None else np.maximum(box[1] - box[0], _MIN_SIZE)
         if (density := link.inertia.mass / float(extents.prod())) > _DENSEST:
             dense[link] = f"{density:.2g} kg/m^3"
@@ -82,8 +84,8 @@ def mass_findings(description: Description, boxes: Boxes, reach: float) -> Itera
             wide[link] = f"{moment:.3g} kg m^2"
         if box is not None:
             yield from _far_center(link, link.inertia, box)
-    yield from _together(dense, "denser than any metal", "Grams? Masses are in kilograms")
-    yield from _together(wide, "moments of a body many times larger", "Are these g mm^2 or kg mm^2? Tensors are in kg m^2")
+    yield from _joint_finding(dense, "denser than any metal", "Grams? Masses are in kilograms")
+    yield from _joint_finding(wide, "moments of a body many times larger", "Are these g mm^2 or kg mm^2? Tensors are in kg m^2")
     total = sum(link.inertia.mass for link in description.links if link.inertia is not None)
     if total > max(_HEAVIEST, _HEAVIEST_AT_REACH * reach**2):
         yield Finding(WARNING, "document", f"the masses are {total:.4g} kg in sum: grams? Masses are in kilograms")
@@ -91,7 +93,7 @@ def mass_findings(description: Description, boxes: Boxes, reach: float) -> Itera
         yield from _without_mass(description)
 
 
-def _together(links: dict[Link, str], what: str, question: str) -> Iterator[Finding]:
+def _joint_finding(links: dict[Link, str], what: str, question: str) -> Iterator[Finding]:
     """One finding for all links with the same question; a single link is named as the place."""
     if len(links) == 1:
         ((link, words),) = links.items()
@@ -124,7 +126,7 @@ def _without_mass(description: Description) -> Iterator[Finding]:
             lacking.append(part.joint.child)
         if given and has_shapes and not any(inertia.mass or inertia.tensor.any() for inertia in given):
             massless[links[part.joint.child]] = f"by {part.joint.name}"
-    yield from _together(massless, "has a mass of 0 kg and is moved", "No force can move such a part by itself")
+    yield from _joint_finding(massless, "has a mass of 0 kg and is moved", "No force can move such a part by itself")
     if lacking:
         yield Finding(WARNING, "document", f"moved, but without an inertia, which other links have: {listed(lacking)}")
 

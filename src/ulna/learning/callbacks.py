@@ -47,7 +47,7 @@ def forward_kinematics(robot: Robot, q: Array, *, link: str | None = None) -> Ar
             ``jax.errors.JaxRuntimeError``, which quotes this error.
         UnknownNameError: There is no such link.
     """
-    return _of_array(functions.poses(robot, link), q)
+    return _evaluate_array(functions.poses(robot, link), q)
 
 
 def jacobian(robot: Robot, q: Array, *, link: str | None = None, expressed_in: str = "base") -> Array:
@@ -63,7 +63,7 @@ def jacobian(robot: Robot, q: Array, *, link: str | None = None, expressed_in: s
         InputError: As ``forward_kinematics``; or ``expressed_in`` is not a frame.
         UnknownNameError: There is no such link.
     """
-    return _of_array(functions.jacobians(robot, link, expressed_in), q)
+    return _evaluate_array(functions.jacobians(robot, link, expressed_in), q)
 
 
 def signed_distance(robot: Robot, q: Array, world: World | None = None, *, self_collision: bool = True) -> Array:
@@ -82,11 +82,11 @@ def signed_distance(robot: Robot, q: Array, world: World | None = None, *, self_
         InputError: As ``forward_kinematics``; there is nothing to check; or a second derivative is requested.
         GeometryError: The robot has no collision shapes, or some that cannot be checked.
     """
-    return _of_array(functions.distances(robot, world, self_collision), q)
+    return _evaluate_array(functions.distances(robot, world, self_collision), q)
 
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
-def _of(function: FunctionOfQ, q: Array) -> Any:
+def _evaluate(function: FunctionOfQ, q: Array) -> Any:
     """The results at q, in the type of q."""
     result = jax.ShapeDtypeStruct((*q.shape[:-1], *function.shape), q.dtype)
     return jax.pure_callback(partial(_on_host, function, q.dtype), result, q, vmap_method="broadcast_all")
@@ -102,8 +102,8 @@ def _on_host(function: FunctionOfQ, dtype: Any, q: Any) -> NDArray[Any]:
     return out.astype(q.dtype)
 
 
-def _kept(function: FunctionOfQ, q: Array) -> Any:
-    value = _of(function, q)
+def _forward(function: FunctionOfQ, q: Array) -> Any:
+    value = _evaluate(function, q)
     return value, (q, value)
 
 
@@ -111,13 +111,13 @@ def _gradient(function: FunctionOfQ, kept: tuple[Array, Array], G: Array) -> tup
     return (function.gradient(_LIBRARY, *kept, G),)
 
 
-_of.defvjp(_kept, _gradient)
+_evaluate.defvjp(_forward, _gradient)
 
 
 class _Library:
     """The operations of JAX that the gradients need."""
 
-    of = staticmethod(_of)
+    evaluate = staticmethod(_evaluate)
 
     @staticmethod
     def cross(a: Array, b: Array) -> Array:
@@ -131,7 +131,7 @@ class _Library:
 _LIBRARY = _Library()
 
 
-def _of_array(function: functions.Poses | functions.Jacobians | functions.Distances, q: Array) -> Array:
+def _evaluate_array(function: functions.Poses | functions.Jacobians | functions.Distances, q: Array) -> Array:
     """The results at an array, which is checked first."""
     if not isinstance(function.robot, Robot):
         raise InputError("robot", "computes on a GPU; JAX's arrays go with a Robot, which computes on the CPU")
@@ -141,4 +141,4 @@ def _of_array(function: functions.Poses | functions.Jacobians | functions.Distan
     functions.refuse_shape(function.robot, q.shape)
     if not isinstance(q, Tracer):
         refuse_out_of_range(np.asarray(q))
-    return _of(function, jnp.asarray(q))
+    return _evaluate(function, jnp.asarray(q))

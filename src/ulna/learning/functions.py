@@ -55,7 +55,7 @@ class Poses:
         self.robot.forward_kinematics(q, link=self.link, out=out)
 
     def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:
-        J = library.of(Jacobians(self.robot, self.link, "base"), q)
+        J = library.evaluate(Jacobians(self.robot, self.link, "base"), q)
         return pose_gradient(library, value, J, G)
 
 
@@ -80,7 +80,7 @@ class Jacobians:
         if by_joint.is_plain:
             return jacobian_gradient(library, value, G, self.expressed_in)
         drives = library.constant(by_joint.drives, G)
-        J = library.of(by_joint, q)
+        J = library.evaluate(by_joint, q)
         return jacobian_gradient(library, J, G @ drives.swapaxes(-1, -2), self.expressed_in) @ drives
 
 
@@ -145,7 +145,7 @@ class Distances:
         self.robot.signed_distance(q, self.world, self_collision=self.self_collision, out=out)
 
     def gradient(self, library: Library, q: Any, value: Any, G: Any) -> Any:  # noqa: ARG002 - the interface's signature
-        return library.of(DistanceGradients(host_of(self.robot), self.world, self.self_collision), q) * G[..., None]
+        return library.evaluate(DistanceGradients(host_of(self.robot), self.world, self.self_collision), q) * G[..., None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 class Library(Protocol):
     """The operations that the formulas need from a library of arrays, besides operators."""
 
-    def of(self, function: Any, q: Any) -> Any:
+    def evaluate(self, function: Any, q: Any) -> Any:
         """The results of a ``FunctionOfQ`` at q, differentiable."""
         ...
 

@@ -45,7 +45,7 @@ def forward_kinematics(robot: Robot | GpuRobot, q: Tensor, *, link: str | None =
             the robot has several tips and no link is named.
         UnknownNameError: There is no such link.
     """
-    return _of_tensor(functions.poses(robot, link), q)
+    return _evaluate_tensor(functions.poses(robot, link), q)
 
 
 def jacobian(robot: Robot | GpuRobot, q: Tensor, *, link: str | None = None, expressed_in: str = "base") -> Tensor:
@@ -61,7 +61,7 @@ def jacobian(robot: Robot | GpuRobot, q: Tensor, *, link: str | None = None, exp
         InputError: As ``forward_kinematics``; or ``expressed_in`` is not a frame.
         UnknownNameError: There is no such link.
     """
-    return _of_tensor(functions.jacobians(robot, link, expressed_in), q)
+    return _evaluate_tensor(functions.jacobians(robot, link, expressed_in), q)
 
 
 def signed_distance(robot: Robot | GpuRobot, q: Tensor, world: World | None = None, *, self_collision: bool = True) -> Tensor:
@@ -80,7 +80,7 @@ def signed_distance(robot: Robot | GpuRobot, q: Tensor, world: World | None = No
         InputError: As ``forward_kinematics``; there is nothing to check; or a second derivative is requested.
         GeometryError: The robot has no collision shapes, or some that cannot be checked.
     """
-    return _of_tensor(functions.distances(robot, world, self_collision), q)
+    return _evaluate_tensor(functions.distances(robot, world, self_collision), q)
 
 
 class _Function(torch.autograd.Function):
@@ -109,14 +109,14 @@ class _Function(torch.autograd.Function):
     @staticmethod
     def vmap(info: Any, in_dims: Any, *args: Any) -> tuple[Tensor, int]:  # noqa: ARG004 - PyTorch's interface
         function, q = args
-        return _LIBRARY.of(function, q.movedim(in_dims[1], 0)), 0
+        return _LIBRARY.evaluate(function, q.movedim(in_dims[1], 0)), 0
 
 
 class _Library:
     """The operations of PyTorch that the gradients need."""
 
     @staticmethod
-    def of(function: FunctionOfQ, q: Tensor) -> Tensor:
+    def evaluate(function: FunctionOfQ, q: Tensor) -> Tensor:
         return _Function.apply(function, q)
 
     @staticmethod
@@ -131,7 +131,7 @@ class _Library:
 _LIBRARY = _Library()
 
 
-def _of_tensor(function: functions.Poses | functions.Jacobians | functions.Distances, q: Tensor) -> Tensor:
+def _evaluate_tensor(function: functions.Poses | functions.Jacobians | functions.Distances, q: Tensor) -> Tensor:
     """The results at a tensor, in its type; the tensor is checked first."""
     if not isinstance(q, torch.Tensor) or q.dtype not in {torch.float32, torch.float64}:
         what = f"a tensor of {q.dtype}" if isinstance(q, torch.Tensor) else type(q).__name__
@@ -141,4 +141,4 @@ def _of_tensor(function: functions.Poses | functions.Jacobians | functions.Dista
         remedy = "a Robot takes tensors on the CPU, and robot.on_gpu() those on an NVIDIA GPU"
         raise InputError("q", f"a tensor on {q.device}; {remedy}")
     functions.refuse_shape(function.robot, tuple(q.shape))
-    return _LIBRARY.of(function, q.to(torch.float64)).to(q.dtype)
+    return _LIBRARY.evaluate(function, q.to(torch.float64)).to(q.dtype)

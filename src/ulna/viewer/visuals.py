@@ -15,7 +15,7 @@ from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import HeightMap, VoxelGrid
 from ulna.collision.report import Report
 from ulna.description.meshes.mesh_files import MeshFiles
-from ulna.description.meshes.reader import Beside, mesh_bytes, read_scene
+from ulna.description.meshes.reader import NeighborFiles, mesh_bytes, read_scene
 from ulna.description.robot_description import Body
 from ulna.description.shapes import ConvexMesh, Mesh, Primitive, UnknownShape
 from ulna.errors import FileError
@@ -78,7 +78,7 @@ def read_mesh(mesh: Mesh, files: MeshFiles) -> trimesh.Scene:
             raise
         scene = read_packaged(path)
     else:
-        scene = read_scene(path, mesh_bytes(path), Beside(files, path))
+        scene = read_scene(path, mesh_bytes(path), NeighborFiles(files, path))
     for geometry in scene.geometry.values():
         if isinstance(geometry, trimesh.Trimesh):
             geometry.merge_vertices()  # for smooth shading

@@ -36,28 +36,28 @@ def run(ask: Callable[..., Any], *, rviz: bool = True) -> None:
         have_master(master)
         ended = stack.enter_context(node("ulna_demo"))
         config = str(stack.enter_context(as_file(files("ulna.demo.ros") / "demo.rviz"))) if rviz else None
-        beside = stack.enter_context(Beside(demo, config))
-        beside.meet_master()
+        programs = stack.enter_context(MasterPrograms(demo, config))
+        programs.meet_master()
         arm, _box = ArmAndLight(demo, ask), MovableBox(demo.robot)
         print("The demo runs in ROS 1  (Ctrl-C ends it)", flush=True)  # noqa: T201 - without RViz nothing else is visible
 
         def step(seconds: float) -> None:
             arm.player.advance(seconds)
-            begin_ended_again(master, beside)
+            restart_ended(master, programs)
 
-        beat(step, ended, beside.meet_master)
+        beat(step, ended, programs.meet_master)
 
 
-def begin_ended_again(master: Children, beside: "Beside") -> None:
+def restart_ended(master: Children, programs: "MasterPrograms") -> None:
     """Restart programs that ended by themselves: the master, and RViz if it has crashed."""
-    for ended in beside.ended():
-        rospy.logwarn(f"{ended}; {'it is started again' if beside.begin_again(ended) else 'the demo continues'}")
+    for ended in programs.ended():
+        rospy.logwarn(f"{ended}; {'it is started again' if programs.restart(ended) else 'the demo continues'}")
     for ended in master.ended():
         rospy.logwarn(f"{ended}; it is started again")
         have_master(master)
 
 
-class Beside(Children):
+class MasterPrograms(Children):
     """The parameters of a master, and programs that register only once: both are renewed for each new master."""
 
     def __init__(self, demo: Demo, config: str | None) -> None:
@@ -72,7 +72,7 @@ class Beside(Children):
         if self._config:
             _open_rviz(self, self._config)
 
-    def begin_again(self, ended: Ended) -> bool:
+    def restart(self, ended: Ended) -> bool:
         """Restart RViz if it has crashed, at most _MAX_CRASHES times; not if the user closed it."""
         if not (ended.name == _RVIZ and ended.crashed and self._config and self._crashes < _MAX_CRASHES):
             return False

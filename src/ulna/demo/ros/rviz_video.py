@@ -26,7 +26,7 @@ from ulna.demo.ros import messages
 from ulna.demo.ros.children import Children
 from ulna.demo.ros.drags import DRAGS, Step, steps
 from ulna.demo.ros.ros1 import ArmAndLight, MovableBox, node
-from ulna.demo.ros.ros1_demo import Beside, begin_ended_again, have_master
+from ulna.demo.ros.ros1_demo import MasterPrograms, have_master, restart_ended
 from ulna.demo.ros.screen import CONFIG, SIZE, View, VirtualScreen, scene_is_seen, virtual_screen
 from ulna.demo.scenario import BOX_NAME, BOX_START, LIGHT_POSITION, RATE_HZ, Demo, light_color
 from ulna.errors import InputError, MissingROSError, UlnaError
@@ -60,13 +60,13 @@ def record_rviz(path: Path, seconds: float, compiler: Compiler, tell: Callable[[
         master = stack.enter_context(Children())
         have_master(master)
         ended = stack.enter_context(node("ulna_video"))
-        beside = stack.enter_context(Beside(demo, str(stack.enter_context(as_file(CONFIG)))))
-        beside.meet_master()
+        programs = stack.enter_context(MasterPrograms(demo, str(stack.enter_context(as_file(CONFIG)))))
+        programs.meet_master()
 
         def keep() -> None:
             if ended():
                 raise KeyboardInterrupt
-            begin_ended_again(master, beside)
+            restart_ended(master, programs)
 
         pictures = Screencast(screen, demo, compiler, round(seconds * RATE_HZ), keep, tell)
         write_film(path, cast("Film", pictures))  # an .mp4 takes its frames, size and rate

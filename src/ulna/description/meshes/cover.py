@@ -48,7 +48,7 @@ def cover(vertices: Array, faces: Faces, within: float) -> Array:
     inner = np.concatenate([_inner_balls(one, size, within) for one in elements])
     radii = [max(0.0, solid.depth(ball[:3]) + least) for ball in inner]
     candidates = np.column_stack([inner[:, :3], radii])
-    balls = _chosen(np.concatenate(elements), candidates, least)
+    balls = _choose(np.concatenate(elements), candidates, least)
     while len(voids := _uncovered(balls, solid, slack)):
         added = []
         for point in voids:
@@ -84,14 +84,14 @@ def _inner_balls(elements: Array, size: float, within: float) -> Array:
     for cell in (4 * within, 2 * within, within, within / 2):
         cells = np.floor((middles[open_] - middles.min(axis=0)) / cell)
         some = open_[np.unique(cells, axis=0, return_index=True)[1]]
-        found.append(_shrunk(tree, middles, inwards, some, size))
+        found.append(_shrink(tree, middles, inwards, some, size))
         open_ = np.setdiff1d(open_, some)
         for ball in found[-1]:
             open_ = open_[np.linalg.norm(middles[open_] - ball[:3], axis=1) > ball[3] + _NEAR * within]
     return np.concatenate(found)
 
 
-def _shrunk(tree: KDTree, middles: Array, inwards: Array, some: NDArray[np.int64], size: float) -> Array:
+def _shrink(tree: KDTree, middles: Array, inwards: Array, some: NDArray[np.int64], size: float) -> Array:
     """For some elements, the largest ball that touches each from within and contains none, by iterative shrinking."""
     radii, open_ = np.full(len(some), size), np.arange(len(some))
     for _ in range(30):
@@ -107,7 +107,7 @@ def _shrunk(tree: KDTree, middles: Array, inwards: Array, some: NDArray[np.int64
     return np.column_stack([middles[some] + radii[:, None] * inwards[some], radii])
 
 
-def _chosen(elements: Array, candidates: Array, within: float) -> Array:
+def _choose(elements: Array, candidates: Array, within: float) -> Array:
     """Greedy set cover: candidates that together contain all elements, each chosen for the most uncovered ones."""
     points, corners = np.unique(elements.reshape(-1, 3), axis=0, return_inverse=True)
     corners = corners.reshape(-1, 3)
@@ -126,7 +126,7 @@ def _chosen(elements: Array, candidates: Array, within: float) -> Array:
         left[inside] = False
         balls.append(ball)
         insides.append(inside)
-    return _needed(np.array(balls), insides, len(elements))
+    return _select_needed(np.array(balls), insides, len(elements))
 
 
 def _contents(balls: Array, points: Array, corners: Faces) -> csr_array:
@@ -144,7 +144,7 @@ def _contents(balls: Array, points: Array, corners: Faces) -> csr_array:
     return csr_array((ones, (np.concatenate(rows), np.concatenate(columns))), shape=(len(balls), len(corners)))
 
 
-def _needed(balls: Array, insides: list[NDArray[np.int64]], n: int) -> Array:
+def _select_needed(balls: Array, insides: list[NDArray[np.int64]], n: int) -> Array:
     """The balls without those whose elements, of n, the others contain."""
     times = np.bincount(np.concatenate(insides), minlength=n)
     kept = []

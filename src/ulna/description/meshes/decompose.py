@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from ulna.description.child_process import child_process, last_words, program_of
-from ulna.description.meshes import kept_pieces
+from ulna.description.meshes import piece_cache
 from ulna.description.meshes.hulls import Part, Scale, checked_bytes, mesh_reader, with_shapes
-from ulna.description.meshes.kept_pieces import Pieces
+from ulna.description.meshes.piece_cache import Pieces
 from ulna.description.robot_description import Description
 from ulna.description.shapes import ConvexMesh
 from ulna.errors import FileError, MissingExtraError
@@ -51,13 +51,13 @@ def pieces_of_file(path: Path, announce: Callable[[str], object] = lambda _: Non
         raise MissingExtraError("the decomposition of meshes", "decompose")
     data = checked_bytes(path)
     made_by = [_VERSION, importlib.metadata.version("coacd"), PARAMETERS, path.suffix.lower()]
-    file = kept_pieces.file_name(made_by, data, ".npz")
-    found = kept_pieces.read(file, kept_pieces.from_bytes)
+    file = piece_cache.file_name(made_by, data, ".npz")
+    found = piece_cache.read(file, piece_cache.from_bytes)
     if found is None:
         vertices, faces = reader.merged(reader.read_scene(path, data))
         announce(f"decomposing {path.name} ({len(faces)} triangles); it is cached for the next run")
         found = _decomposed(path, vertices, faces)
-        kept_pieces.write(file, kept_pieces.to_bytes(found))
+        piece_cache.write(file, piece_cache.to_bytes(found))
     return found
 
 
@@ -68,7 +68,7 @@ def _decomposed(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Pieces:
     with child_process(program, MEMORY_LIMIT_BYTES, TIME_LIMIT_S) as (child, late):
         output, errors = child.communicate(request.getvalue())
         try:
-            return kept_pieces.from_bytes(output)
+            return piece_cache.from_bytes(output)
         except (OSError, ValueError, KeyError):
             limits = f"its limits are {TIME_LIMIT_S:g} s and {MEMORY_LIMIT_BYTES >> 30} GiB"
             words = "no end" if late.is_set() else last_words(child, errors)[:200]

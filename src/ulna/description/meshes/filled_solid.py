@@ -26,7 +26,7 @@ class FilledSolid:
 
     def __init__(self, vertices: Array, faces: Faces) -> None:
         groups = _connected(len(vertices), faces[:, [0, 0]], faces[:, [1, 2]])[faces[:, 0]]
-        self.surfaces = [_closed(vertices, wound_alike(faces[groups == k])) for k in np.unique(groups)]
+        self.surfaces = [_close_surface(vertices, wound_alike(faces[groups == k])) for k in np.unique(groups)]
         self._bounds = [_bounding_balls(triangles) for triangles in self.surfaces]
 
     def depth(self, point: Array) -> float:
@@ -73,7 +73,7 @@ def _connected(n: int, ends: Faces, others: Faces) -> Faces:
     return connected_components(coo_array((np.ones(len(ends)), (ends, others)), shape=(n, n)), directed=False)[1]
 
 
-def _closed(vertices: Array, faces: Faces) -> Array:
+def _close_surface(vertices: Array, faces: Faces) -> Array:
     """The triangles of a surface and those that close it, shape (m, 3, 3).
 
     As many open edges lead to a vertex as from it. So triangles from a group of open edges to one point leave no edge open.

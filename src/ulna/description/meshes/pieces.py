@@ -15,7 +15,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, KDTree, QhullError
 
-from ulna.description.meshes.kept_pieces import Pieces, from_bytes, to_bytes
+from ulna.description.meshes.piece_cache import Pieces, from_bytes, to_bytes
 from ulna.description.xacro.child.confinement import confine
 
 

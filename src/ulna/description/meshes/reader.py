@@ -82,7 +82,7 @@ def _checked(kind: str, data: bytes, beside: Resolver | None) -> trimesh.Scene:
         raise ValueError(f"it has {rewritten.n_triangles} triangles; up to {MAX_TRIANGLES} are read")
     options: dict[str, Any] = {"skip_materials": True} if beside is None and kind == ".obj" else {}
     stream = BytesIO(data if rewritten is None else rewritten.data)
-    resolver = _Nothing() if beside is None else beside
+    resolver = _NoFiles() if beside is None else beside
     with np.errstate(all="ignore"):  # numbers that are not finite are refused below
         scene = trimesh.load_scene(stream, file_type=kind[1:], resolver=resolver, process=False, **options)
     _check(scene, rewritten)
@@ -142,7 +142,7 @@ def _check_textures(scene: trimesh.Scene) -> None:
         raise ValueError(f"its textures have {n_pixels} pixels; up to {_MAX_PIXELS} are read")
 
 
-class Beside(Resolver):
+class NeighborFiles(Resolver):
     """Reads the files that a mesh refers to, such as textures, from its folder or the description's readable folders."""
 
     def __init__(self, files: MeshFiles, mesh: Path) -> None:
@@ -165,7 +165,7 @@ class Beside(Resolver):
         return ()
 
 
-class _Nothing(Beside):
+class _NoFiles(NeighborFiles):
     """Refuses every file that a mesh refers to."""
 
     def __init__(self) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.description.arrays import as_count, positive
-from ulna.description.meshes import kept_pieces
+from ulna.description.meshes import piece_cache
 from ulna.description.meshes.hulls import Part, Scale, checked_bytes, mesh_reader, with_shapes
 from ulna.description.robot_description import Description
 from ulna.description.shapes import Sphere
@@ -41,8 +41,8 @@ def balls_of_file(path: Path, scale: Scale, within: float) -> NDArray[np.float64
     """The balls that cover a scaled mesh file: centers and radii [m], shape (n, 4); cached on disk by content."""
     reader, data = mesh_reader(), checked_bytes(path)
     made_by = [_VERSION, importlib.metadata.version("scipy"), path.suffix.lower(), scale, within]
-    file = kept_pieces.file_name(made_by, data, ".npy")
-    found = kept_pieces.read(file, kept_pieces.balls_from_bytes)
+    file = piece_cache.file_name(made_by, data, ".npy")
+    found = piece_cache.read(file, piece_cache.balls_from_bytes)
     if found is None:
         from ulna.description.meshes.cover import cover  # noqa: PLC0415 - it imports SciPy
 
@@ -51,5 +51,5 @@ def balls_of_file(path: Path, scale: Scale, within: float) -> NDArray[np.float64
             found = cover(vertices * scale, faces, within)
         except ValueError as error:
             raise GeometryError(f"within={within:g} is too small for {path.name}: {error}") from None
-        kept_pieces.write(file, kept_pieces.balls_to_bytes(found))
+        piece_cache.write(file, piece_cache.balls_to_bytes(found))
     return found

@@ -49,7 +49,9 @@ def find_by_name(name: str) -> Named:
         **dict.fromkeys(examples, "example-robot-data"),
         **dict.fromkeys(BUNDLED, "bundled"),
     }
-    raise FileError(name, f"no such file{twin_in_words(name)}; and not a robot's name{_near(name, known)}{_more()}")
+    raise FileError(
+        name, f"no such file{twin_in_words(name)}; and not a robot's name{_suggestion(name, known)}{_install_advice()}"
+    )
 
 
 @dataclass(frozen=True)
@@ -139,19 +141,19 @@ def _without(end: str, files: dict[str, Path]) -> dict[str, Path]:
     return {name.removesuffix(end): file for name, file in files.items() if name.endswith(end)}
 
 
-def _near(name: str, known: dict[str, str]) -> str:
-    variants = sorted(one for one in known if _plain(name) and _plain(one).startswith(_plain(name)))
+def _suggestion(name: str, known: dict[str, str]) -> str:
+    variants = sorted(one for one in known if _normalized(name) and _normalized(one).startswith(_normalized(name)))
     near = list(dict.fromkeys([*variants, *near_names(name, known, _MAX_NEAR)]))[:_MAX_NEAR]
     if not near:
         return f"; {len(known)} names are known, none of them similar; `ulna list` prints them"
     return "; did you mean " + " or ".join(f"{one!r} ({known[one]})" for one in near) + "?"
 
 
-def _plain(name: str) -> str:
+def _normalized(name: str) -> str:
     """A name without case, dashes and spaces: ``UR10-e`` becomes ``ur10e``."""
     return re.sub(r"[\W_]", "", name.casefold())
 
 
-def _more() -> str:
+def _install_advice() -> str:
     missing = packages_to_install()
     return f"; for more robots: pip install {' '.join(missing)}" if missing else ""

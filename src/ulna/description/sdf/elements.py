@@ -56,7 +56,7 @@ class Elements(Reader):
             raise self.fail(self.root, message)
         return version
 
-    def since(self, version: tuple[int, int], element: etree._Element, what: str) -> None:
+    def require_version(self, version: tuple[int, int], element: etree._Element, what: str) -> None:
         """Refuse a feature that is newer than the document's version, and that other programs ignore."""
         if self.version < version:
             advice = f'if this is intended, write <sdf version="{_words(version)}">'
@@ -123,7 +123,7 @@ class Elements(Reader):
             raise self.place(child).fail(f"its pose has a frame, which SDF 1.6 and before do not define; {advice}")
         for key, version in (("relative_to", FRAMES_SINCE), ("rotation_format", FORMATS_SINCE), ("degrees", FORMATS_SINCE)):
             if child.get(key):
-                self.since(version, child, key)
+                self.require_version(version, child, key)
         return child.get("relative_to", ""), self.matrix(child)
 
     def matrix(self, child: etree._Element) -> Array:

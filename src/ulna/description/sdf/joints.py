@@ -73,7 +73,7 @@ class Joints(Elements):
             raise place.fail("its axis has no direction")
         frame = "" if xyz is None else xyz.get("expressed_in", "")
         if frame:
-            self.since(FRAMES_SINCE, element, "expressed_in")
+            self.require_version(FRAMES_SINCE, element, "expressed_in")
         if element.find("use_parent_model_frame") is not None and self.version >= FRAMES_SINCE:
             raise place.fail('use_parent_model_frame is of SDF 1.5 and 1.6; write <xyz expressed_in="__model__">')
         if self.version < JOINT_AXES_SINCE or self.is_true(element, "use_parent_model_frame"):
@@ -120,7 +120,7 @@ class Joints(Elements):
         child = self.only(axis, "mimic")
         if child is None:
             return None
-        self.since(MIMIC_SINCE, child, "<mimic>")
+        self.require_version(MIMIC_SINCE, child, "<mimic>")
         if child.get("axis", "axis") != "axis":
             raise self.place(axis).fail("follows the second axis of a joint, which is not read")
         elements = {tag: self.only(child, tag) for tag in ("multiplier", "offset", "reference")}

@@ -52,7 +52,7 @@ def read_sdf(document: Document) -> Description:
     )
 
 
-class _Given(NamedTuple):
+class _Overrides(NamedTuple):
     """The values of an ``<include>`` that override those of its model; None if not given."""
 
     name: str | None = None
@@ -61,7 +61,7 @@ class _Given(NamedTuple):
     is_static: bool | None = None
 
 
-class _Found(NamedTuple):
+class _WorldModel(NamedTuple):
     """A model of a world: its element, the function that collects it, and whether it is static."""
 
     element: etree._Element
@@ -78,7 +78,7 @@ class _Models(Joints):
         if len(holders) != 1:
             names = listed([self.place(child).words for child in holders]) or "none"
             raise self.fail(self.root, f"one <model> or one <world> is expected, and there is {names}; {_ALONE}")
-        return self.model(holders[0], "", _Given()) if holders[0].tag == "model" else self.world_model(holders[0])
+        return self.model(holders[0], "", _Overrides()) if holders[0].tag == "model" else self.world_model(holders[0])
 
     def world_model(self, world: etree._Element) -> str:
         """Collect the model of a world that is not static, or its only one; the others are omitted."""
@@ -101,9 +101,9 @@ class _Models(Joints):
             self.frame(frame, OUTSIDE)
         return chosen.collect()
 
-    def models_of(self, world: etree._Element) -> tuple[list[_Found], FileError | DescriptionError | None]:
+    def models_of(self, world: etree._Element) -> tuple[list[_WorldModel], FileError | DescriptionError | None]:
         """The models of a world, and the error of the last omitted include."""
-        found: list[_Found] = []
+        found: list[_WorldModel] = []
         fault = None
         for element in (child for child in world if child.tag in ("model", "include")):
             try:
@@ -114,21 +114,21 @@ class _Models(Joints):
                 self.leave_out(element, f"is left out, as it has no model that can be read: {error}")
                 fault = error
             else:
-                found.append(_Found(element, partial(reader.model, model, "", given), reader.is_static(model, given)))
+                found.append(_WorldModel(element, partial(reader.model, model, "", given), reader.is_static(model, given)))
         return found, fault
 
-    def is_static(self, model: etree._Element, given: _Given) -> bool:
+    def is_static(self, model: etree._Element, given: _Overrides) -> bool:
         """Whether a model does not move."""
         return self.is_true(model, "static") if given.is_static is None else given.is_static
 
-    def model(self, model: etree._Element, scope: str, given: _Given, outer: str = OUTSIDE) -> str:
+    def model(self, model: etree._Element, scope: str, given: _Overrides, outer: str = OUTSIDE) -> str:
         """Collect a model in the scope ``outer``; returns its name. Its frames are named ``scope`` plus their name."""
         name, place, robot = self.name(model, given.name), self.place(model), self.robot
         if scope.count("::") > _MAX_LEVELS or len(scope) > _LONGEST_SCOPE:
             raise place.fail(f"is in more than {_MAX_LEVELS} nested models, or their names are too long")
         canonical, placement = model.get("canonical_link", ""), model.get("placement_frame", "")
         if canonical or placement:
-            self.since(FRAMES_SINCE, model, "canonical_link" if canonical else "placement_frame")
+            self.require_version(FRAMES_SINCE, model, "canonical_link" if canonical else "placement_frame")
         parts = sorted((child for child in model if child.tag in _PARTS), key=lambda child: child.tag != "link")
         bodies = [child for child in parts if child.tag == "link"] or [c for c in parts if c.tag in ("model", "include")]
         if not bodies:
@@ -180,7 +180,7 @@ class _Models(Joints):
 
     def frame(self, element: etree._Element, scope: str) -> None:
         """Collect a frame of a model, or of the world."""
-        self.since(FRAMES_SINCE, element, "<frame>")
+        self.require_version(FRAMES_SINCE, element, "<frame>")
         base, T = self.pose_of(element)
         to = element.get("attached_to") or (WORLD if scope == OUTSIDE else MODEL)
         self.robot.frames.add(scope + self.name(element), Frame("frame", self.place(element), scope, base or to, T, to))
@@ -192,15 +192,15 @@ class _Models(Joints):
         reader, model, given = self.opened(element)
         return reader.name(model, given.name)
 
-    def opened(self, element: etree._Element) -> tuple["_Models", etree._Element, _Given]:
+    def opened(self, element: etree._Element) -> tuple["_Models", etree._Element, _Overrides]:
         """The model of a ``<model>`` or an ``<include>``, its reader, and the include's overrides."""
         if element.tag == "model":
-            return self, element, _Given()
+            return self, element, _Overrides()
         if element not in self.robot.opened:
             self.robot.opened[element] = self.included_model(element)
         return self.robot.opened[element]
 
-    def included_model(self, include: etree._Element) -> tuple["_Models", etree._Element, _Given]:
+    def included_model(self, include: etree._Element) -> tuple["_Models", etree._Element, _Overrides]:
         """The model of an ``<include>``."""
         place, placement = self.place(include), self.words(include, "placement_frame")
         if self.truth(include, include.get("merge", ""), "merge"):
@@ -208,10 +208,10 @@ class _Models(Joints):
         if any(etree.QName(child).localname == "params" for child in include.iterchildren(etree.Element)):
             raise place.fail("has parameters, which change the model; they are not read")
         if placement:
-            self.since(FRAMES_SINCE, include, "<placement_frame>")
+            self.require_version(FRAMES_SINCE, include, "<placement_frame>")
             if include.find("pose") is None:
                 raise place.fail("has a <placement_frame>, which needs a <pose>")
-        given = _Given(
+        given = _Overrides(
             self.words(include, "name") or None,
             None if include.find("pose") is None else self.pose_of(include),
             placement or None,

@@ -73,8 +73,8 @@ def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str,
     with child_process(_START, MEMORY_LIMIT_BYTES, seconds) as (child, late):
         left_out: dict[str, str] = {}
         try:
-            left_out = _received(child)["left_out"]
-            done = _served(child, request, readable)
+            left_out = _receive(child)["left_out"]
+            done = _serve(child, request, readable)
         except (_DiedError, OSError, ValueError, KeyError, TypeError):
             child.kill()
             words = last_words(child, child.communicate()[1])
@@ -87,11 +87,11 @@ def _expanded_by_child(request: dict[str, Any], readable: Readable, source: str,
     return done
 
 
-def _served(child: subprocess.Popen, request: dict[str, Any], readable: Readable) -> dict[str, Any]:
+def _serve(child: subprocess.Popen, request: dict[str, Any], readable: Readable) -> dict[str, Any]:
     """Serve the child's request and all files that it needs; returns its last message."""
     _send(child, request)
     while True:
-        message = _received(child)
+        message = _receive(child)
         if "error" in message:
             return message
         if isinstance(message.get("urdf"), int) and isinstance(message.get("asked"), list):
@@ -139,7 +139,7 @@ def _send(child: subprocess.Popen, message: dict[str, Any]) -> None:
     sink.flush()
 
 
-def _received(child: subprocess.Popen) -> dict[str, Any]:
+def _receive(child: subprocess.Popen) -> dict[str, Any]:
     source: IO[bytes] = child.stdout  # pyright: ignore[reportAssignmentType]
     line = source.readline(MAX_LINE)
     message = json_value(line) if line.endswith(b"\n") else None

@@ -45,17 +45,17 @@ class Parent:
         """The text of a file, in place of the built-in ``open``."""
         if not isinstance(path, str) or mode != "r":
             raise RefusedError(f"opens {path!r} with {mode!r}; a description can only read text files")
-        return io.StringIO(self._asked({"read": path})["text"], newline=None)
+        return io.StringIO(self._request({"read": path})["text"], newline=None)
 
     def find(self, package: str) -> str:
         """The folder of a package."""
-        return self._asked({"find": package})["folder"]
+        return self._request({"find": package})["folder"]
 
     def matching(self, pattern: str) -> list[str]:
         """The files that match a pattern, in place of ``glob.glob``."""
-        return self._asked({"matching": pattern})["files"]
+        return self._request({"matching": pattern})["files"]
 
-    def _asked(self, question: dict[str, str]) -> dict[str, Any]:
+    def _request(self, question: dict[str, str]) -> dict[str, Any]:
         self.send(question)
         found = self.receive()
         if "refused" in found:
