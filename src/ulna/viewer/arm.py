@@ -20,7 +20,7 @@ from ulna.robot import Robot
 from ulna.viewer.html import listed, small_text, tree_html
 from ulna.viewer.nodes import add_shape, add_triangles, grown
 from ulna.viewer.palette import FAINT, FREE, PALE, STRONG, TINT, TOUCHING
-from ulna.viewer.visuals import glb_of, link_visuals, links_moving_with, read_mesh
+from ulna.viewer.visuals import glb_of, link_visuals, links_moving_with, read_mesh, tinted
 
 _OVER = 3e-3  # share of the robot's size: the offset of a surface drawn over another one, against flicker
 _STILL = 1e-6  # [m or 1] the pose of a link is not sent to the page for a smaller change
@@ -86,7 +86,8 @@ class Arm:
         self._clicked: Callable[[str], None] = lambda _: None
         self.hold(robot)
         self._touching: tuple[str, ...] = ()
-        self._tints: dict[str, Any] = {}  # the red mesh over each link that was in contact once
+        self._red: frozenset[str] = frozenset()  # the links that are shown in red
+        self._tints: dict[str, Any] = {}  # the red mesh of each link that was in contact once
         self._near, self._solids_shown = "", True
 
     def move_to(self, q: NDArray[np.float64]) -> None:
@@ -116,8 +117,7 @@ class Arm:
         """Show or hide the visuals: all of them, or those of single links."""
         self._looks_shown = self._looks_shown if visible is None else visible
         self.hidden = self.hidden if hidden is None else hidden
-        for link, node in self.looks.items():
-            node.visible = self._looks_shown and link not in self.hidden
+        self._show_links()
         for node in self.attached.values():
             node.visible = self._looks_shown
 
@@ -137,12 +137,18 @@ class Arm:
         hit = (self._link_of[name] for name in names if name in self._link_of)
         red = links_moving_with(self.robot, hit) & self.visuals.keys()
         for link in red - self._tints.keys():
-            k, mesh = self.robot.link_names.index(link), grown(self.visuals[link].to_mesh(), _OVER * self.extent.radius)
-            look = {"opacity": TINT, "cast_shadow": False, "receive_shadow": False}
-            tint = self._tints[link] = add_triangles(self._scene, f"{self._root}/{k}/touching", mesh, TOUCHING, **look)
+            glb = glb_of(tinted(self.visuals[link], TOUCHING, TINT))
+            tint = self._tints[link] = self._scene.add_glb(f"{self._root}/{self.robot.link_names.index(link)}/touching", glb)
             tint.on_click(lambda _, link=link: self._clicked(link))
+        self._red = red
+        self._show_links()
+
+    def _show_links(self) -> None:
+        """Show each link in red or in its own colors. A link in contact is shown even if the visuals are off."""
+        for link, node in self.looks.items():
+            node.visible = self._looks_shown and link not in self.hidden and link not in self._red
         for link, node in self._tints.items():
-            node.visible = link in red and link not in self.hidden
+            node.visible = link in self._red and link not in self.hidden
 
     def show_near(self, name: str) -> None:
         """Show the shape of a name, faintly if collision shapes are hidden: the one nearest to an obstacle."""

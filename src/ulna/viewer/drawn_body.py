@@ -411,7 +411,7 @@ def _boxed(place: Vector, turn: NDArray[np.float64], half: Vector) -> trimesh.Tr
 
 def painted(mesh: trimesh.Trimesh, rgba: tuple[int, ...]) -> trimesh.Trimesh:
     """Paint a mesh in place in one color (red, green, blue and opacity in 0..255), and return it."""
-    mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.55))
+    mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.4))
     return mesh
 
 

@@ -21,8 +21,11 @@ from ulna.description.shapes import ConvexMesh, Mesh, Primitive, UnknownShape
 from ulna.errors import FileError
 from ulna.robot import Robot
 from ulna.viewer.drawn_body import SHELL, drawn_body, joined, painted
+from ulna.viewer.palette import Color
 from ulna.viewer.panda_meshes import packaged_mesh, read_packaged
 from ulna.viewer.primitives import primitive_triangles
+
+_ROUGH = 0.35  # of a material that states no roughness: shells have highlights
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +101,17 @@ def glb_of(scene: trimesh.Scene) -> bytes:
             scene.geometry[name].visual = visual
 
 
+def tinted(scene: trimesh.Scene, color: Color, share: float) -> trimesh.Scene:
+    """A copy of a scene in which each mesh has one color: its own, mixed with a share of another color."""
+    meshes = [mesh.copy() for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh)]
+    for mesh in meshes:
+        visual: Any = mesh.visual
+        own = visual.material.main_color if hasattr(visual, "material") else visual.main_color
+        mixed = (1.0 - share) * np.asarray(own[:3], dtype=np.float64) + share * np.asarray(color)
+        painted(mesh, (*mixed.round().astype(int).tolist(), 255))
+    return trimesh.Scene(meshes)
+
+
 def _in_linear_light(material: Any) -> PBRMaterial | None:
     """A material without a texture, with its color in linear light; None for one with a texture."""
     pbr = material if isinstance(material, PBRMaterial) else material.to_pbr()
@@ -105,7 +119,7 @@ def _in_linear_light(material: Any) -> PBRMaterial | None:
         return None
     rgba = np.asarray(material.main_color, dtype=np.float64) / 255.0
     light = np.where(rgba <= 0.04045, rgba / 12.92, ((rgba + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
-    rough = 0.5 if pbr.roughnessFactor is None else pbr.roughnessFactor
+    rough = _ROUGH if pbr.roughnessFactor is None else pbr.roughnessFactor
     return PBRMaterial(baseColorFactor=[*light[:3], rgba[3]], metallicFactor=0.0, roughnessFactor=rough, alphaMode=pbr.alphaMode)
 
 
