@@ -25,11 +25,11 @@ MAX_SKIPPED = 16
 FAILURES_PER_HALF, MAX_HALVES = 128, 3
 SHORTEN, CONFIRM = 0, 5  # the first pass of shortening, and the last, which confirms every edge
 SPARE_POINTS = 128  # room to shorten a path, in addition to twice its points
-_RANGE = 1.0  # [rad]: maximum length of a tree's edge, for up to _FEW joints
+RANGE = 1.0  # [rad]: maximum length of a tree's edge, for up to _FEW joints
 _FEW = 8  # with more joints, samples are far from nodes and long edges seldom free: no domains, and shorter edges
 _RESOLUTION = 1e-4  # [m]
-_SAMPLES_APART = 1 / 32  # [rad]: spacing of samples of an edge that is not certified
-_DOMAIN, _MIN_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # dynamic domain: radius and minimum in _RANGE, for up to seven joints; rate
+SAMPLES_APART = 1 / 32  # [rad]: spacing of samples of an edge that is not certified
+_DOMAIN, _MIN_DOMAIN, _ADAPTATION = 4.0, 1.0, 1e-4  # dynamic domain: radius and minimum in RANGE, for up to seven joints; rate
 _MAX_STEPS = 4094  # maximum steps of one iteration
 
 
@@ -66,10 +66,10 @@ class SearchSettings(Record):
 def search_settings(n_moving: int, diameter: float, margin: float, step: float, *, certify: bool) -> Records[SearchSettings]:
     """The settings of a search, shape (1,), read-only. step: maximum stride along constraints; infinite without any."""
     records = SearchSettings.records()
-    settings, longest = records[0], _RANGE * min(1.0, _FEW / max(1, n_moving))
+    settings, longest = records[0], RANGE * min(1.0, _FEW / max(1, n_moving))
     settings.range, settings.resolution, settings.margin = longest, _RESOLUTION, margin
-    settings.sample_spacing = 0.0 if certify else _SAMPLES_APART
-    wide = _RANGE * np.sqrt(max(1.0, n_moving / 7))  # grows like the distances between samples
+    settings.sample_spacing = 0.0 if certify else SAMPLES_APART
+    wide = RANGE * np.sqrt(max(1.0, n_moving / 7))  # grows like the distances between samples
     settings.domain = _DOMAIN * wide if n_moving <= _FEW else np.inf
     settings.min_domain, settings.adaptation = _MIN_DOMAIN * wide, _ADAPTATION
     settings.stride, settings.max_strides = min(longest, step), int(np.ceil(2.0 * longest / min(longest, step)))
