@@ -16,6 +16,27 @@ KINDS = ("sphere", "capsule", "box", "cylinder", "hull")
 PAIRS = [(a, b) for i, a in enumerate(KINDS) for b in KINDS[i:]]
 # As parameters: make test takes two closed forms, GJK alone, GJK with a radius, and what is round without one.
 MATRIX = matrix(PAIRS, [("sphere", "box"), ("box", "box"), ("hull", "hull"), ("capsule", "hull"), ("box", "cylinder")])
+POINTS = {
+    "sphere": ulna.Sphere(0),
+    "capsule": ulna.Capsule(radius=0, length=0),
+    "box": ulna.Box((0, 0, 0)),
+    "cylinder": ulna.Cylinder(radius=0, length=0),
+    "hull": ulna.ConvexMesh([(0, 0, 0)]),
+}
+FLAT = {
+    "sphere": ulna.Sphere(0),
+    "capsule": ulna.Capsule(radius=0, length=0.8),
+    "box": ulna.Box((1.2, 0.7, 0)),
+    "cylinder": ulna.Cylinder(radius=0.5, length=0),
+    "hull": ulna.ConvexMesh([(0.6, 0, 0), (0, 0.5, 0), (-0.4, -0.3, 0), (0.1, 0.1, 0)]),
+}
+OF_POLYTOPES = 1e-11
+EXACTNESS = {"cylinder": 2e-9}  # the gap along the normal equals the distance to this many meters, for bodies of about one meter
+
+
+def exactness(kinds):
+    """The error of a distance that is allowed to two bodies of these kinds [m]."""
+    return max(EXACTNESS.get(kind, OF_POLYTOPES) for kind in kinds)
 
 
 def points_on_a_ball(rng, n):
@@ -32,6 +53,17 @@ def random_solid(rng, kind, scale=1.0):
         "cylinder": lambda: ulna.Cylinder(radius=x, length=2 * y),
         "hull": lambda: ulna.ConvexMesh(points_on_a_ball(rng, 9) * (x, y, z) + 0.1 * x),
     }[kind]()
+
+
+def scaled_by(shape, s):
+    match shape:
+        case ulna.Sphere(radius):
+            return ulna.Sphere(s * radius)
+        case ulna.Box(extents):
+            return ulna.Box(tuple(s * e for e in extents))
+        case ulna.ConvexMesh(vertices=vertices):
+            return ulna.ConvexMesh(s * vertices)
+    return type(shape)(radius=s * shape.radius, length=s * shape.length)
 
 
 def random_pose(rng, spread=1.0):

@@ -13,8 +13,6 @@ from assertions import assert_close
 from solids import ask, assert_proved, random_pairs
 
 N = 32
-# The gap along the normal equals the distance to this many meters, for bodies of about one meter.
-EXACTNESS = {"cylinder": 2e-9}
 
 
 @pytest.fixture(params=solids.MATRIX, ids="-".join)
@@ -26,7 +24,7 @@ def test_every_result_proves_itself(run, rng, kinds):
     pairs = random_pairs(rng, kinds, N)
     answer = ask(run, pairs)
     assert 0.1 < answer[4].mean() < 0.9
-    assert_proved(pairs, answer, max(EXACTNESS.get(kind, 1e-11) for kind in kinds))
+    assert_proved(pairs, answer, solids.exactness(kinds))
 
 
 @pytest.mark.slow
@@ -40,7 +38,7 @@ def test_from_the_other_side_it_is_the_same(run, rng, kinds):
     pairs = random_pairs(rng, kinds, N)
     d, _, _, n, _ = ask(run, pairs)
     d_swapped, p, q, n_swapped, _ = answer = ask(run, [(b, T_b, a, T_a) for a, T_a, b, T_b in pairs])
-    rounded = "cylinder" in kinds
+    rounded = solids.exactness(kinds) > solids.OF_POLYTOPES
     assert_close(d_swapped, d, atol=2e-9 if rounded else 1e-12)
     assert_close(n_swapped[d > 1e-6], -n[d > 1e-6], atol=1e-4 if rounded else 1e-9)
     assert_close(q - p, d_swapped[:, None] * n_swapped, atol=1e-12)
@@ -51,7 +49,7 @@ def test_a_rigid_motion_of_both_moves_the_result(run, rng, kinds):
     pairs, T = random_pairs(rng, kinds, N), solids.random_pose(rng, 10)
     d, p, _, n, _ = ask(run, pairs)
     d_moved, p_moved, _, n_moved, _ = ask(run, [(a, T @ T_a, b, T @ T_b) for a, T_a, b, T_b in pairs])
-    exactness = 2e-9 if "cylinder" in kinds else 1e-11
+    exactness = solids.exactness(kinds)
     apart = d > 1e-6
     assert_close(d_moved, d, atol=exactness)
     assert_close(n_moved[apart], n[apart] @ T[:3, :3].T, atol=1e4 * exactness)
@@ -63,20 +61,10 @@ def test_a_larger_scene_has_larger_distances(run, rng, scale):
     for kinds in solids.PAIRS:
         pairs = random_pairs(rng, kinds, 8)
         scaled = [
-            (scaled_by(a, scale), stretched(T_a, scale), scaled_by(b, scale), stretched(T_b, scale)) for a, T_a, b, T_b in pairs
+            (solids.scaled_by(a, scale), stretched(T_a, scale), solids.scaled_by(b, scale), stretched(T_b, scale))
+            for a, T_a, b, T_b in pairs
         ]
-        assert_close(ask(run, scaled)[0] / scale, ask(run, pairs)[0], atol=2e-9 if "cylinder" in kinds else 1e-11)
-
-
-def scaled_by(shape, s):
-    match shape:
-        case ulna.Sphere(radius):
-            return ulna.Sphere(s * radius)
-        case ulna.Box(extents):
-            return ulna.Box(tuple(s * e for e in extents))
-        case ulna.ConvexMesh(vertices=vertices):
-            return ulna.ConvexMesh(s * vertices)
-    return type(shape)(radius=s * shape.radius, length=s * shape.length)
+        assert_close(ask(run, scaled)[0] / scale, ask(run, pairs)[0], atol=solids.exactness(kinds))
 
 
 def stretched(T, s):

@@ -9,24 +9,10 @@ import formulas
 import solids
 import ulna
 from assertions import assert_close
-from solids import ask, assert_proved
+from solids import FLAT, ask, assert_proved
 
 I = np.eye(4)  # noqa: E741
 Z = np.array([0.0, 0.0, 1.0])
-POINTS = {
-    "sphere": ulna.Sphere(0),
-    "capsule": ulna.Capsule(radius=0, length=0),
-    "box": ulna.Box((0, 0, 0)),
-    "cylinder": ulna.Cylinder(radius=0, length=0),
-    "hull": ulna.ConvexMesh([(0, 0, 0)]),
-}
-FLAT = {
-    "sphere": ulna.Sphere(0),
-    "capsule": ulna.Capsule(radius=0, length=0.8),
-    "box": ulna.Box((1.2, 0.7, 0)),
-    "cylinder": ulna.Cylinder(radius=0.5, length=0),
-    "hull": ulna.ConvexMesh([(0.6, 0, 0), (0, 0.5, 0), (-0.4, -0.3, 0), (0.1, 0.1, 0)]),
-}
 
 
 def at(*xyz):
@@ -41,7 +27,7 @@ def proved(run, *pair, exactness=1e-9):
 
 @pytest.mark.parametrize("kinds", solids.MATRIX, ids="-".join)
 def test_points_are_bodies(run, kinds):
-    a, b = (POINTS[kind] for kind in kinds)
+    a, b = (solids.POINTS[kind] for kind in kinds)
     d, p, q, n, overlap = ask(run, [(a, at(1, 2, 3), b, at(1, 2 + side * 0.5, 3)) for side in (1, -1)])
     assert_close(d, 0.5, atol=1e-15)
     assert_close(p, [(1, 2, 3)] * 2, atol=1e-15)
@@ -52,7 +38,7 @@ def test_points_are_bodies(run, kinds):
 
 @pytest.mark.parametrize("kinds", solids.MATRIX, ids="-".join)
 def test_at_one_place_points_touch(run, kinds):
-    d, p, q, n, overlap = ask(run, [(POINTS[kinds[0]], at(1, 2, 3), POINTS[kinds[1]], at(1, 2, 3))])
+    d, p, q, n, overlap = ask(run, [(solids.POINTS[kinds[0]], at(1, 2, 3), solids.POINTS[kinds[1]], at(1, 2, 3))])
     assert overlap.all()
     assert_close(d, 0, atol=1e-12)
     assert_close(p, q, atol=1e-12)
@@ -64,7 +50,7 @@ def test_at_one_place_points_touch(run, kinds):
 def test_flat_bodies_have_contacts_with_proofs(run, rng, kinds):
     a, b = (FLAT[kind] for kind in kinds)
     pairs = [(a, solids.random_pose(rng, 0.2), b, solids.random_pose(rng, 0.2)) for _ in range(20)]
-    assert_proved(pairs, ask(run, pairs), 1e-8 if "cylinder" in kinds else 1e-11)
+    assert_proved(pairs, ask(run, pairs), 1e-8 if solids.exactness(kinds) > solids.OF_POLYTOPES else 1e-11)
 
 
 @pytest.mark.slow
