@@ -18,7 +18,7 @@ PACKAGE = Path(ulna.__file__).parent
 MODULES = sorted(
     str(path.relative_to(PACKAGE).with_suffix(""))
     for path in PACKAGE.rglob("entries/*.py")
-    if path.stem not in ("__init__", "batch", "lane_state")
+    if path.stem not in ("__init__", "batch", "lane_state", "search_records")
 )
 FORWARD = "kinematics/entries/forward"
 KERNELS = sorted(str(path.relative_to(PACKAGE)) for path in (PACKAGE / "kernels").rglob("*.py") if path.stem != "__init__")

@@ -9,8 +9,8 @@ import ulna
 from ulna.engine.lanes import WIDTH
 from ulna.errors import InputError
 from ulna.ik.time_limit import TimeLimit
+from ulna.planning.entries.search_records import AORRTC
 from ulna.planning.search import Search
-from ulna.planning.search_records import AORRTC
 
 SEEDS = range(12)
 # An arm that turns without end on a slide.

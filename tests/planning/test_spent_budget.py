@@ -8,7 +8,7 @@ import pytest
 
 import ulna
 from ulna.ik.time_limit import TimeLimit
-from ulna.planning.search_records import MAX_REFUSED, SearchState
+from ulna.planning.entries.search_records import MAX_REFUSED, SearchState
 from ulna.planning.slices import Pace, Slices
 
 BALL = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'

@@ -150,6 +150,8 @@ def as_pose(T: ArrayLike, name: str = "T") -> NDArray[np.float64]:
     if poses.shape[-2:] != (4, 4):
         hint = "; ulna.pose(xyz, rpy) makes one" if poses.shape[-1:] == (3,) and poses.shape[-2:] != (3, 3) else ""
         raise InputError(name, f"shape {poses.shape}, but poses have shape (..., 4, 4){hint}")
+    if poses.ndim == 2 and _is_exact(poses):
+        return poses
     R = poses[..., :3, :3]
     faults = {
         "has an entry that is not finite": ~np.isfinite(poses).all(axis=(-2, -1)),

@@ -101,7 +101,11 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = MIN_ROWS) -> boo
         >>> in_parts(lambda rows: np.sqrt(x[rows], out=y[rows]) is not None, 5000), float(y[4900])
         (True, 70.0)
     """
-    n_workers = n_threads() if n > 1 else 1
+    if n <= 1:
+        return run(slice(0, n))
+    n_workers = n_threads()  # before any row, so that a refused setting is refused for every batch
+    if n <= least:
+        return run(slice(0, n))
     n_parts, ended = min(4 * n_workers, n // least), []
     if n_parts < 2 or n_workers < 2:
         return in_slices(run, slice(0, n), least)

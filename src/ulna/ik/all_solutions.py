@@ -12,7 +12,7 @@ from ulna.description.pose import as_pose
 from ulna.engine.bound import bind
 from ulna.errors import InputError
 from ulna.ik.closed_form.axes import N_AXES, turning_order
-from ulna.ik.closed_form.branches import Branches, all_branches, sampled_branches, within_limits
+from ulna.ik.closed_form.branches import Branches, all_branches, limits_of, sampled_branches, within_limits
 from ulna.ik.closed_form.closed_form import ClosedForm, closed_form_of, joints_at
 from ulna.ik.closed_form.elbow import ELBOW, FAMILY, Elbow, elbow_of
 from ulna.ik.closed_form.six_joints import Workers
@@ -167,7 +167,7 @@ def _elbow_branches(query: Query, elbow: Elbow, targets: Array, seed: Array, n_s
     q = np.broadcast_to(seed, (*real.shape, query.tree.n_dof)).copy()
     q[..., list(elbow.columns)] = angles
     proof = np.where(real.any(axis=1), PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    found = within_limits(query.tree.chain(query.link), query.tree, q, real, proof, seed[None])
+    found = within_limits(limits_of(query.chain, query.tree), q, real, proof, seed[None])
     return _add_searched(query, targets, seed, n_samples, found, ~real.any(axis=1))
 
 

@@ -216,7 +216,7 @@ def make_problem(
         bounds=narrowed(query.limits, seeds, columns, step),
         is_narrowed=bool(columns.any() or np.isfinite(step)),
         posture=query.home.copy() if posture is None else _posture(tree, posture),
-        settings=replaced(query.settings, with_posture=posture is not None),
+        settings=query.settings if posture is None else replaced(query.settings, with_posture=True),
         nearest_to=clipped if query.options.rank == "nearest" else None,
     )
 

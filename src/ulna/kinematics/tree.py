@@ -88,6 +88,7 @@ class Tree:
     followers: dict[str, Drive]
     narrowed: Narrowed | None = None
     _chains: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+    _moving: dict[str, NDArray[np.int64]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def n_dof(self) -> int:
@@ -119,7 +120,7 @@ class Tree:
         """Lower and upper limits as a dictionary key."""
         return tuple(self.lower.tolist()), tuple(self.upper.tolist())
 
-    @property
+    @cached_property
     def tip(self) -> str | None:
         """The only link without child links that a joint moves; None if there are several."""
         return self.leaves[0] if len(self.leaves) == 1 else None
@@ -152,9 +153,13 @@ class Tree:
 
     def moving_columns(self, link: str) -> NDArray[np.int64]:
         """The entries of q that move a joint between the base and a link, in order."""
-        chain = self.chain(link)
-        moves = (chain[:, KIND] != FIXED) & (chain[:, RATIO] != 0.0)
-        return np.unique(chain[moves, COLUMN].astype(np.int64))
+        columns = self._moving.get(link)
+        if columns is None:
+            chain = self.chain(link)
+            moves = (chain[:, KIND] != FIXED) & (chain[:, RATIO] != 0.0)
+            columns = self._moving[link] = np.unique(chain[moves, COLUMN].astype(np.int64))
+            columns.setflags(write=False)
+        return columns
 
     def frame_row(self, link: str, T_link_frame: NDArray[np.float64]) -> NDArray[np.float64]:
         """The row of a table of frames for a frame that is fixed to a link."""
@@ -163,8 +168,8 @@ class Tree:
     def __setstate__(self, state: dict) -> None:
         """Restore the state. Unpickled arrays are writable, but a robot's must not be."""
         self.__dict__.update(state)
-        arrays = [*state.values(), *self.link_offset.values(), *self._chains.values(), *(self.narrowed or ())]
-        for array in arrays:
+        cached = (*self._chains.values(), *self._moving.values())
+        for array in (*state.values(), *self.link_offset.values(), *cached, *(self.narrowed or ())):
             if isinstance(array, np.ndarray):
                 array.setflags(write=False)
 

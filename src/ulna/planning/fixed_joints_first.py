@@ -16,6 +16,7 @@ A chain ends where the robot branches into several joints, or into a joint and a
 """
 
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ _CHECKS = 3  # a trial with n free entries checks at most this number to the pow
 _MAX_POWER = 7
 _ARM_FACTOR = 4  # factor of the edges of a trial in which the whole arm may move
 _NEAR_RATIO, _CHECKS_NEAR = 2.0, 300  # near goals: distance relative to the nearest goal; edges of their trial
+_MAX_TREES = 16  # entries of the caches
 _MAX_GROUPS = 4  # maximum number of groups of goals that agree with the start in the same entries
 
 
@@ -145,6 +147,7 @@ def _supporting_chain(tree: Tree, moved: Mask) -> Mask:
     return found
 
 
+@lru_cache(maxsize=_MAX_TREES)
 def _joint_rows(tree: Tree) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """The parent row, the entry of q and the number of children (rows, leaf links) of each joint row."""
     parents, columns = (tree.joints[:, column].astype(np.int64) for column in (PARENT, COLUMN))
@@ -152,6 +155,7 @@ def _joint_rows(tree: Tree) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArr
     return parents, columns, np.bincount(np.array(carriers, dtype=np.int64), minlength=len(parents))
 
 
+@lru_cache(maxsize=_MAX_TREES)
 def _revolute_entries(tree: Tree) -> Mask:
     """Mask of the entries of q of revolute joints: neither slides nor parts of planar or floating joints, shape (n_dof,)."""
     found = np.zeros(tree.n_dof, dtype=bool)

@@ -58,6 +58,7 @@ class Request(NamedTuple):
     """A checked planning problem without its goal.
 
     Attributes:
+        tree: The robot's kinematic tree.
         checker: Checks configurations for collisions.
         inverse_kinematics: Solves for the configurations of a pose.
         world: The obstacles, if any.
@@ -68,13 +69,15 @@ class Request(NamedTuple):
         seed: Seed of the search for a pose.
         fixed: The entries of q that keep their positions, shape (n_dof,).
         keeps: The constraints.
-        search_constraints: The constraints for the kernels, with slightly smaller tolerances; None without constraints.
+        constraints: The constraints for the kernels; None without constraints.
+        search_constraints: ``constraints`` with slightly smaller tolerances.
         relative_poses: By link: the pose relative to the goal's link of each link that a constraint ties to it; see
             ``relative_goal_poses``.
         dynamics: The dynamics of the robot.
         spread: The number of configurations to compute for a pose.
     """
 
+    tree: Tree
     checker: Checker
     inverse_kinematics: InverseKinematics
     world: World | None
@@ -85,15 +88,11 @@ class Request(NamedTuple):
     seed: int
     fixed: NDArray[np.bool_]
     keeps: tuple[Keep, ...]
+    constraints: Constraints | None
     search_constraints: Constraints | None
     relative_poses: Mapping[str, Array]
     dynamics: Dynamics
     spread: int = N_SAMPLES_PER_POSE
-
-    @property
-    def tree(self) -> Tree:
-        """The robot's kinematic tree."""
-        return self.checker.tree
 
     def is_free(self, q: Array) -> NDArray[np.bool_]:
         """Mask of the configurations, shape (n, n_dof), that touch nothing and keep the margin from the world."""

@@ -21,8 +21,7 @@ from ulna.planning.blend import CHORDS_ALONG, Certificate, is_path_free
 from ulna.planning.constraint_table import freeze, max_step, min_tolerance, shrink_tolerances
 from ulna.planning.edge_subdivision import TIGHT, subdivide
 from ulna.planning.entries import search as entries
-from ulna.planning.positions import PositionLimits, farthest_of
-from ulna.planning.search_records import (
+from ulna.planning.entries.search_records import (
     CONFIRM,
     PAUSED,
     SHORTEN,
@@ -36,6 +35,7 @@ from ulna.planning.search_records import (
     Trees,
     search_settings,
 )
+from ulna.planning.positions import PositionLimits, farthest_of
 from ulna.planning.slices import Pace, Slices
 from ulna.planning.space import Space
 
@@ -120,7 +120,7 @@ class Motion(NamedTuple):
         objects, kept = NO_OBJECTS if self.world is None else self.world.objects(), _last_scenes.get(self.checker)
         if kept is None or kept[0] is not objects:
             kept = _last_scenes[self.checker] = objects, self.checker.scene_of(self.world, self_collision=True), Pace()
-        longest, keeps = max_step(self.keeps), shrink_tolerances(self.keeps)
+        longest, keeps = (np.inf, None) if self.keeps is None else (max_step(self.keeps), shrink_tolerances(self.keeps))
         settings = search_settings(self.space.n_moving, self.space.diameter, self.margin, longest, certify=certify)
         return EdgeChecker(kept[1], settings, self.space, kept[2], keeps)
 

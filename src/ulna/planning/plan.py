@@ -20,6 +20,7 @@ from ulna.kinematics.tree import Tree, entry_names
 from ulna.notebook.tables import OneLine, table
 from ulna.planning.boundary_velocities import as_ends, connect_ends, refuse_path_beyond
 from ulna.planning.constraint_table import worst_violation
+from ulna.planning.entries.search_records import AORRTC, RRT_CONNECT
 from ulna.planning.faster_path import find_faster_path
 from ulna.planning.fixed_joints_first import chain_joints
 from ulna.planning.hand import HandLimits, as_hands
@@ -29,7 +30,6 @@ from ulna.planning.motors import as_caps
 from ulna.planning.path_limits import refuse_ends
 from ulna.planning.positions import PositionLimits
 from ulna.planning.search import Effort, Search
-from ulna.planning.search_records import AORRTC, RRT_CONNECT
 from ulna.planning.slices import MAX_CHECKS
 from ulna.planning.space import same_entries
 from ulna.planning.targets import joint_name, limit_excess

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from operator import is_
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,6 @@ from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
 from ulna.ik.time_limit import TimeLimit, as_time_limit
-from ulna.kernels.planning.constraint_records import Constraints
 from ulna.kinematics.groups import JointGroup
 from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
@@ -68,6 +68,8 @@ class PlanOptions(NamedTuple):
         Raises:
             InputError: A value is invalid.
         """
+        if all(map(is_, self, _DEFAULTS)):
+            return self
         if self.progress is not None and not callable(self.progress):
             raise InputError("progress", f"{self.progress!r}; a function of two numbers is expected")
         return PlanOptions(
@@ -80,6 +82,9 @@ class PlanOptions(NamedTuple):
             as_time_limit(self.time_limit),
             self.progress,
         )
+
+
+_DEFAULTS = PlanOptions()
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,7 @@ def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: 
     """Plan a path from a start to a goal; see ``Robot.plan``."""
     options, tree = asked.options, checker.tree
     request, targets, within = _check_request(checker, inverse_kinematics, asked)
-    start, fixed, keeps, table = request.start, request.fixed, request.keeps, request.search_constraints
+    start, fixed, table = request.start, request.fixed, request.search_constraints
     given = start
     if not within and options.escape:
         found = _move_within_limits(request)
@@ -125,7 +130,7 @@ def plan_motion(checker: Checker, inverse_kinematics: InverseKinematics, asked: 
     goals = find_goals(request, targets, free[1:])
     if isinstance(goals, Plan):
         return goals
-    plan = _search(request, goals, make_constraint_table(keeps, tree), options)
+    plan = _search(request, goals, options)
     if first is not given and plan:
         return replace(plan, path=np.concatenate([given[None], plan.path]), escaped=True, escape=depth)
     return plan
@@ -152,8 +157,9 @@ def _check_request(checker: Checker, inverse_kinematics: InverseKinematics, aske
     relative_poses = relative_goal_poses(targets, keeps, tree) if keeps else {}
     all_targets = {**targets, **relative_poses} if isinstance(targets, dict) else targets
     fixed = columns_of_joints(tree, names) | fixed_entries(all_targets, tree)
-    search_constraints = shrink_tolerances(make_constraint_table(keeps, tree))
+    constraints = make_constraint_table(keeps, tree)
     request = Request(
+        tree,
         checker,
         inverse_kinematics,
         world,
@@ -164,7 +170,8 @@ def _check_request(checker: Checker, inverse_kinematics: InverseKinematics, aske
         options.seed,
         fixed,
         keeps,
-        search_constraints,
+        constraints,
+        shrink_tolerances(constraints),
         relative_poses,
         asked.dynamics,
     )
@@ -179,10 +186,10 @@ def _failed_start(request: Request, *, within: bool) -> Plan:
     return no_plan(tree, PlanStatus.START_OUTSIDE, violations(request.keeps, tree, start))
 
 
-def _search(request: Request, goals: Goals, keeps: Constraints | None, options: PlanOptions) -> Plan:
+def _search(request: Request, goals: Goals, options: PlanOptions) -> Plan:
     """Search with joints held that have the same position at both ends, in each trial fewer; return the first path."""
     tree, start, fixed, (q, goal_index) = request.tree, request.start, request.fixed, goals
-    motion = _motion(request, q, fixed, keeps)
+    motion = _motion(request, q, fixed)
     lengths = motion.space.lengths(motion.space.shortest_way(q - start))
     order = np.argsort(lengths, kind="stable")
     q, goal_index = q[order], goal_index[order]
@@ -192,7 +199,7 @@ def _search(request: Request, goals: Goals, keeps: Constraints | None, options: 
     *trials, last = prepend_near_trials((*make_trials(tree, same, fixed), last), lengths[order])
     for trial in (*trials, last):
         if trials:
-            motion = _motion(request, q[trial.goals], trial.fixed, keeps)
+            motion = _motion(request, q[trial.goals], trial.fixed)
         most, limit = _trial_budget(trial, len(trials), effort, options, is_last=trial is last)
         edges, progress = motion.edges(certify=options.certify), _add_earlier_progress(effort, options)
         search = Search(edges, start, q[trial.goals], (options.seed,), progress=progress)
@@ -200,8 +207,9 @@ def _search(request: Request, goals: Goals, keeps: Constraints | None, options: 
         effort = effort.plus(search.effort)
         if found is not None:
             searched = Searched(motion, start, search.goals, goal_index[trial.goals], options.certify, options.seed)
-            goal = int(searched.goal_index[search.goal])
-            searched, found, n = _hold_unneeded_joints(searched, found, same[trial.goals][search.goal], shorten=options.shorten)
+            reached = search.goal
+            goal = int(searched.goal_index[reached])
+            searched, found, n = _hold_unneeded_joints(searched, found, same[trial.goals][reached], shorten=options.shorten)
             effort, certified = replace(effort, checks=effort.checks + n), options.certify and found.confirmed
             return Plan(PlanStatus.SOLVED, found.path, certified, effort=effort, goal=goal, _searched=searched)
         if trial is last:
@@ -212,12 +220,12 @@ def _search(request: Request, goals: Goals, keeps: Constraints | None, options: 
     raise AssertionError("the last search holds no joint that may move")
 
 
-def _motion(request: Request, q: Array, fixed: NDArray[np.bool_], keeps: Constraints | None) -> Motion:
+def _motion(request: Request, q: Array, fixed: NDArray[np.bool_]) -> Motion:
     """The motion (robot, world, space of the free joints) for a search to goals, shape (n, n_dof)."""
     tree, world = request.tree, request.world
     far = world.objects().farthest if world is not None and has_endless_slide(tree) else 0.0
     space = make_space(tree, np.concatenate([request.start[None], q]), fixed, far)
-    return Motion(space, request.checker, world, request.margin, keeps, request.dynamics)
+    return Motion(space, request.checker, world, request.margin, request.constraints, request.dynamics)
 
 
 def _trial_budget(trial: Trial, n_trials: int, effort: Effort, options: PlanOptions, *, is_last: bool) -> tuple[int, TimeLimit]:

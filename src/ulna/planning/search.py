@@ -12,8 +12,7 @@ from ulna.engine.lanes import WIDTH
 from ulna.engine.records import Records
 from ulna.ik.time_limit import TimeLimit
 from ulna.planning.entries import search as entries
-from ulna.planning.motion import EdgeChecker, new_path, no_rows
-from ulna.planning.search_records import (
+from ulna.planning.entries.search_records import (
     CONFIRM,
     FULL,
     MAX_REFUSED,
@@ -29,6 +28,7 @@ from ulna.planning.search_records import (
     ShorteningState,
     Trees,
 )
+from ulna.planning.motion import EdgeChecker, new_path, no_rows
 from ulna.planning.slices import Slices
 
 Array = NDArray[np.float64]
@@ -85,6 +85,7 @@ class Search:
         algorithm: The number of the algorithm; an algorithm with costs needs edges from ``EdgeChecker.with_bound``.
         skip_direct: Skip the straight edges from the start to the goals, which were tried already.
         progress: Called after each slice with the number of checked edges and the maximum number.
+        state: The state of the search.
         trees: The trees of the start and of the goals.
     """
 
@@ -95,6 +96,7 @@ class Search:
     algorithm: int = RRT_CONNECT
     skip_direct: bool = False
     progress: Callable[[int, int], object] | None = None
+    state: SearchState = field(init=False)
     trees: Trees = field(init=False)
     _states: Records[SearchState] = field(init=False)
     _shortenings: Records[ShorteningState] = field(init=False)
@@ -102,14 +104,14 @@ class Search:
     def __post_init__(self) -> None:
         n_goals, room = len(self.goals), int(self.edges.settings[0].max_nodes)
         capacity = -(-max(_FIRST_CAPACITY, 2 * (n_goals + room)) // WIDTH) * WIDTH
-        self._states, self._shortenings = _first_state(n_goals).copy(), ShorteningState.records()
+        self._states, self._shortenings = _first_state(n_goals, self.algorithm).copy(), ShorteningState.records()
+        self.state = self._states[0]
         rows = np.empty((2, capacity // WIDTH * len(self.start), WIDTH))
         parents, radii = np.empty((2, capacity), dtype=np.int64), np.empty((2, capacity))
         parents[:, :n_goals], radii[:, :n_goals] = -1, np.inf
         costs, has_costs = no_rows((2, 0, WIDTH)), self.algorithm in WITH_COSTS
         _write_roots(self.start[None], rows[0])
         _write_roots(self.goals, rows[1])
-        self.state.algorithm = self.algorithm
         if self.skip_direct or has_costs:
             self.state.direct = _NONE
         if has_costs:
@@ -117,11 +119,6 @@ class Search:
             costs[0, 0, 0] = 0.0
             costs[1].reshape(-1)[:n_goals] = 0.0
         self.trees = Trees(rows, parents, radii, costs, np.empty((MAX_REFUSED, 2, len(self.start))))
-
-    @property
-    def state(self) -> SearchState:
-        """The state of the search."""
-        return self._states[0]
 
     def finish(self, max_checks: int, limit: TimeLimit, *, shorten: bool) -> FoundPath | None:
         """Continue the search until ``max_checks`` edges in total or the time limit; None if no path is found.
@@ -194,11 +191,12 @@ class Search:
 
 
 @lru_cache(maxsize=64)
-def _first_state(n_goals: int) -> Records[SearchState]:
+def _first_state(n_goals: int, algorithm: int) -> Records[SearchState]:
     """The initial state of a search, shape (1,)."""
     states = SearchState.records()
     search = states[0]
     search.nodes[:], search.active, search.goal_roots, search.goal = (1, n_goals), 1, n_goals, -1
+    search.algorithm = algorithm
     return states
 
 

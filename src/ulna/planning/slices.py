@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from ulna.errors import UlnaError
 from ulna.ik.time_limit import TimeLimit
-from ulna.planning.search_records import SearchState, ShorteningState
+from ulna.planning.entries.search_records import SearchState, ShorteningState
 
 MAX_CHECKS = 2**62 - 1
 _FIRST_SLICE, _LONGEST_SLICE = 64, 0.02  # checked edges; seconds

@@ -114,7 +114,7 @@ def _as_goal(goal: ArrayLike, tree: Tree, start: Array, group: JointGroup | None
     """
     given = as_floats("goal", goal)
     n_own = tree.n_dof if group is None else len(group.columns)
-    if given.size and _is_pose(given, tree.n_dof) and _is_pose(given, n_own):
+    if given.size and _is_pose(given, tree.n_dof) and (group is None or _is_pose(given, n_own)):
         poses = given.reshape(-1, 4, 4)
         for T in poses:
             as_pose(T)

@@ -1,7 +1,8 @@
 """Computes all branches of an arm by its closed form, with whole turns that bring them into the limits."""
 
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ _Result = tuple[Array, NDArray[np.int8], NDArray[np.int64]]
 _MAX_REST, _MAX_REST_AT_END = 1e-3, 0.1
 _DISTINCT = 1e-7  # rad, or share of the reach
 _STEPS = 8
+_MAX_FORMS, _MAX_SAMPLES = 64, 256  # entries of the caches, and the most samples of one
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +65,7 @@ def all_branches(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, wor
         proof = proofs_of(known, real, form.n_at_rest)
     if form.n_joints == N_AXES == tree.n_dof and not form.couplings:  # they are within the limits already
         return Branches(q, real, (known & layout.IS_WITHIN) > 0, proof)
-    return within_limits(form.chain, tree, q, real, proof, seeds)
+    return within_limits(_limits_of_form(form, tree), q, real, proof, seeds)
 
 
 def _compute(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers: Workers) -> _Result:
@@ -77,7 +79,8 @@ def _compute(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers
         lower, upper, shifted_seeds = np.full(tree.n_dof, -np.inf), np.full(tree.n_dof, np.inf), seeds.copy()
         for column, leader, ratio in form.couplings:
             shifted_seeds[:, column] += ratio * seeds[:, leader]
-    q, known, proof = six.branches(targets, six.entries_of(shifted_seeds), workers, six.plan(lower, upper))
+    plan = six.plan(lower, upper) if form.couplings else _plan_within(six, tree)
+    q, known, proof = six.branches(targets, six.entries_of(shifted_seeds), workers, plan)
     if form.n_joints < N_AXES:
         q, known = _drop_added_joints(six, targets, q, known, tree.lower[six.columns], tree.upper[six.columns])
     if form.columns != tuple(range(tree.n_dof)):
@@ -88,19 +91,33 @@ def _compute(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, workers
     return q, known.astype(np.int8), proof.astype(np.int64)
 
 
+@lru_cache(maxsize=_MAX_FORMS)
+def _plan_within(six: SixJoints, tree: Tree) -> Array:
+    """The kernels' bounds and units of six joints within a robot's limits."""
+    return six.plan(tree.lower, tree.upper)
+
+
 def sampled_branches(
     form: ClosedForm, tree: Tree, targets: Array, seeds: Array, n_samples: int, workers: Workers = None
 ) -> Branches:
     """The branches of an arm of seven joints at ``n_samples`` positions of the held joint, shape (n, 8 n_samples, ...)."""
     if form.held_column is None:
         raise AssertionError("an arm of six joints has no joint to hold")
-    n, (low, high) = len(targets), held_range(tree, form.held_column)
-    places = low + (np.arange(n_samples) + 0.5) / n_samples * (high - low)
+    n, samples_of = len(targets), _samples_of if n_samples <= _MAX_SAMPLES else _samples_of.__wrapped__
+    places, back = samples_of(form, *held_range(tree, form.held_column), n_samples)
     seeds, places = np.broadcast_to(seeds, (n, tree.n_dof)), np.broadcast_to(places, (n, n_samples))
-    return branches_at(form, tree, targets, seeds, places, workers)
+    return branches_at(form, tree, targets, seeds, places, workers, None if back is None else np.tile(back, (n, 1, 1)))
 
 
-def branches_at(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, places: Array, workers: Workers = None) -> Branches:
+def branches_at(
+    form: ClosedForm,
+    tree: Tree,
+    targets: Array,
+    seeds: Array,
+    places: Array,
+    workers: Workers = None,
+    back: Array | None = None,
+) -> Branches:
     """The branches of an arm of seven joints at given positions of the held joint for each target.
 
     A held joint at either end moves the target instead of the axes, so all positions are targets of one form.
@@ -112,6 +129,7 @@ def branches_at(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, plac
         seeds: Shape (n, n_dof).
         places: The positions of the held joint, shape (n, k).
         workers: Computes in place of threads, if given.
+        back: The inverses of the held joint's motions at these positions, shape (n k, 4, 4), if they are known.
 
     Returns:
         The branches, shape (n, 8 k, ...).
@@ -119,9 +137,9 @@ def branches_at(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, plac
     (n, k), column = places.shape, form.held_column
     if column is None:
         raise AssertionError("an arm of six joints has no joint to hold")
-    held_seeds = np.repeat(seeds, k, axis=0)
-    moved = targets_with_held_at_zero(form.chain, column, np.repeat(targets, k, axis=0), places.ravel())
-    if moved is not None:
+    held_seeds, end = np.repeat(seeds, k, axis=0), _held_end(form)
+    if end is not None:
+        moved = end.at_zero(np.repeat(targets, k, axis=0), end.back_from(places.ravel()) if back is None else back)
         held_seeds[:, column] = 0.0
         q, known, _ = _compute(form, tree, moved, held_seeds, workers)
         q[..., column] = places.reshape(-1, 1)
@@ -136,14 +154,40 @@ def branches_at(form: ClosedForm, tree: Tree, targets: Array, seeds: Array, plac
     m = layout.N_BRANCHES * k
     real = ((known & layout.IS_REAL) > 0).reshape(n, m)
     proof = np.where(real.any(axis=1) & form.is_exact, PROOFS.index(Proof.CONTINUUM), PROOFS.index(Proof.SEARCHED))
-    found = within_limits(form.chain, tree, q, real.reshape(n * k, layout.N_BRANCHES), proof, held_seeds)
+    found = within_limits(_limits_of_form(form, tree), q, real.reshape(n * k, layout.N_BRANCHES), proof, held_seeds)
     return Branches(found.q.reshape(n, m, tree.n_dof), real, found.valid.reshape(n, m), proof)
 
 
-def within_limits(chain: Array, tree: Tree, q: Array, real: Truths, proof: NDArray[np.int64], seeds: Array) -> Branches:
+class JointLimits(NamedTuple):
+    """The limits of the entries of q, and how they are compared with a branch.
+
+    Attributes:
+        lower: Shape (n_dof,).
+        upper: Shape (n_dof,).
+        rounding: An entry beyond a limit by at most this counts as at the limit, shape (n_dof,).
+        turning: Mask of the entries that may be turned by whole turns, shape (n_dof,).
+    """
+
+    lower: Array
+    upper: Array
+    rounding: Array
+    turning: Truths
+
+
+def limits_of(chain: Array, tree: Tree) -> JointLimits:
+    """The limits of a robot's joints for the branches of a chain."""
+    rounding = layout.AT_LIMIT * units_of(chain, tree.lower, tree.upper)
+    return JointLimits(tree.lower, tree.upper, rounding, turning_columns(chain, tree.n_dof))
+
+
+@lru_cache(maxsize=_MAX_FORMS)
+def _limits_of_form(form: ClosedForm, tree: Tree) -> JointLimits:
+    return limits_of(form.chain, tree)
+
+
+def within_limits(limits: JointLimits, q: Array, real: Truths, proof: NDArray[np.int64], seeds: Array) -> Branches:
     """Bring branches near the seeds by whole turns, and put joints at a limit up to rounding at the limit."""
-    lower, upper = tree.lower, tree.upper
-    turning, at_limit = turning_columns(chain, tree.n_dof), layout.AT_LIMIT * units_of(chain, lower, upper)
+    lower, upper, at_limit, turning = limits
     q = nearest_turns(q, seeds[:, None], lower - at_limit, upper + at_limit, turning)
     valid = real & ((q >= lower - at_limit) & (q <= upper + at_limit)).all(axis=-1)
     q = np.where(valid[..., None], np.clip(q, lower, upper), np.where(real[..., None], q, np.nan))
@@ -203,26 +247,60 @@ def _wrapped(angle: Array) -> Array:
     return np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi
 
 
-def targets_with_held_at_zero(chain: Array, column: int, targets: Array, places: Array) -> Array | None:
-    """Move targets (n, 4, 4) for the held joint at positions (n,) to targets for it at 0.
-
-    Returns None if the held joint is at neither end of the chain.
+class _HeldEnd(NamedTuple):
+    """A held joint at an end of the chain. The targets for any position of the joint are moved to targets for position 0.
 
     1. The last joint: T = A M(x) B, so A M(0) B = T B^-1 M(x)^-1 M(0) B.
     2. The first joint: T = A M(x) B, so A M(0) B = A M(0) M(x)^-1 A^-1 T.
+
+    Attributes:
+        row: The row of the joint in the chain's table.
+        is_last: Whether the joint is the last.
+        left: The factor before M(x)^-1: B^-1 or A M(0), shape (4, 4).
+        right: The factor behind M(x)^-1: M(0) B or A^-1, shape (4, 4).
     """
+
+    row: Array
+    is_last: bool
+    left: Array
+    right: Array
+
+    def back_from(self, places: Array) -> Array:
+        """M(x)^-1 at positions (n,), shape (n, 4, 4)."""
+        return inverse(_motion_of(self.row, places))
+
+    def at_zero(self, targets: Array, back: Array) -> Array:
+        """The targets (n, 4, 4) for position 0. back: M(x)^-1, shape (n, 4, 4)."""
+        return targets @ self.left @ back @ self.right if self.is_last else self.left @ back @ self.right @ targets
+
+
+@lru_cache(maxsize=_MAX_FORMS)
+def _held_end(form: ClosedForm) -> _HeldEnd | None:
+    """The held joint of a form; None if it is at neither end of the chain."""
+    chain = form.chain
     moving = [i for i, row in enumerate(chain) if int(row[KIND]) != FIXED and row[RATIO] != 0.0]
-    rows = [i for i in moving if int(chain[i][COLUMN]) == column]
-    if len(rows) != 1 or rows[0] not in {moving[0], moving[-1]}:
+    own = [i for i in moving if int(chain[i][COLUMN]) == form.held_column]
+    if len(own) != 1 or own[0] not in {moving[0], moving[-1]}:
         return None
-    row = chain[rows[0]]
-    zero, motion = (motion_along_z(int(row[KIND]), row[RATIO] * x + row[OFFSET]) for x in (0.0, places))
-    inverse_motion = inverse(motion)
-    if rows[0] == moving[-1]:
-        pose_after = _product(chain[rows[0] + 1 :])
-        return targets @ inverse(pose_after) @ inverse_motion @ (zero @ pose_after)
-    pose_before = _product(chain[: rows[0] + 1])
-    return (pose_before @ zero) @ inverse_motion @ inverse(pose_before) @ targets
+    row, is_last = chain[own[0]], own[0] == moving[-1]
+    zero = _motion_of(row, 0.0)
+    if is_last:
+        behind = _product(chain[own[0] + 1 :])
+        return _HeldEnd(row, is_last, inverse(behind), zero @ behind)
+    before = _product(chain[: own[0] + 1])
+    return _HeldEnd(row, is_last, before @ zero, inverse(before))
+
+
+@lru_cache(maxsize=_MAX_FORMS)
+def _samples_of(form: ClosedForm, low: float, high: float, n_samples: int) -> tuple[Array, Array | None]:
+    """Positions of the held joint, spread over its range, shape (n_samples,); the inverses of its motions, if it is at an end."""
+    places, end = low + (np.arange(n_samples) + 0.5) / n_samples * (high - low), _held_end(form)
+    return places, None if end is None else end.back_from(places)
+
+
+def _motion_of(row: Array, places: float | Array) -> Array:
+    """The motion of the joint of a table's row, shape (..., 4, 4), at positions (...)."""
+    return motion_along_z(int(row[KIND]), row[RATIO] * places + row[OFFSET])
 
 
 def _product(rows: Array) -> Array:

@@ -53,7 +53,7 @@ class SixJoints:
     n_free: int
     family: Family
 
-    @property
+    @cached_property
     def slides(self) -> NDArray[np.bool_]:
         """Mask of the prismatic joints among the arm's own joints, shape (n,)."""
         return self.own[:-1, KIND] == PRISMATIC

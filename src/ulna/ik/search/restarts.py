@@ -102,7 +102,8 @@ class PoseSearch:
         """Give every open target the starts of a round, and keep better results."""
         order = np.flatnonzero(self.open)
         size = max(1, _JOBS_AT_ONCE // part.count)  # the results of all would fill the memory otherwise
-        for piece in (order[begin : begin + size] for begin in range(0, len(order), size)):
+        for begin in range(0, len(order), size):
+            piece = order[begin : begin + size]
             self.keep(piece, *run_starts(self.problem, piece, part), part)
 
     def run_from(self, order: NDArray[np.int64], origins: Array, steps: int) -> None:

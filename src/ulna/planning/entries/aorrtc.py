@@ -16,8 +16,8 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning.space import distance, nearest_below_in_lanes, write_step
 from ulna.planning.entries.edge import check_edge
+from ulna.planning.entries.search_records import FULL, NO_SAMPLE, PAUSED, SOLVED
 from ulna.planning.entries.tree import add_node, is_full, join, needs_samples, next_tree, read_node, read_sample, skip_sample
-from ulna.planning.search_records import FULL, NO_SAMPLE, PAUSED, SOLVED
 
 _GOLDEN = 0.6180339887498949  # golden-ratio sequence: draw k of a parent uses frac(share + k phi)
 _MAX_PARENTS = 8

@@ -11,7 +11,7 @@ from ulna.engine.lanes import WIDTH
 from ulna.kernels.collision.scene import Edge, EdgeCheck
 from ulna.kernels.planning.space import distance
 from ulna.planning.entries.keeping import Keeping, satisfies_all
-from ulna.planning.search_records import MAX_REFUSED, SearchSettings
+from ulna.planning.entries.search_records import MAX_REFUSED, SearchSettings
 
 
 class EdgeContext(NamedTuple):

@@ -14,8 +14,8 @@ from ulna.engine.lanes import WIDTH
 from ulna.kernels.planning.space import distance, write_step
 from ulna.planning.entries.edge import check_edge, is_clear, record_refused
 from ulna.planning.entries.keeping import project, satisfies_all
+from ulna.planning.entries.search_records import BESIDE, REACHED, STOPPED
 from ulna.planning.entries.tree import add_node, read_sample, sample_entry
-from ulna.planning.search_records import BESIDE, REACHED, STOPPED
 
 MIN_PROGRESS = 0.25  # minimum progress, as a share of a stride
 

@@ -21,8 +21,7 @@ from ulna.engine.decorators import kernel
 from ulna.kernels.planning.space import adapted_domain, distance, write_step
 from ulna.planning.entries.edge import check_edge
 from ulna.planning.entries.extension import extend, gains_little, read_target
-from ulna.planning.entries.tree import is_full, join, nearest_node, needs_samples, next_tree, read_node, skip_sample
-from ulna.planning.search_records import (
+from ulna.planning.entries.search_records import (
     BESIDE,
     FAILURES_PER_HALF,
     FULL,
@@ -34,6 +33,7 @@ from ulna.planning.search_records import (
     SOLVED,
     STOPPED,
 )
+from ulna.planning.entries.tree import is_full, join, nearest_node, needs_samples, next_tree, read_node, skip_sample
 
 
 @kernel

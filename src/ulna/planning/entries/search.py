@@ -15,9 +15,7 @@ from ulna.planning.entries.aorrtc import grow_cheaper
 from ulna.planning.entries.edge import EdgeContext, drop_periods
 from ulna.planning.entries.keeping import CONSTRAINTS, make_keeping
 from ulna.planning.entries.rrt_connect import grow_trees
-from ulna.planning.entries.shortening import Cut, shorten_path
-from ulna.planning.entries.tree import Steps, drop_repeats, rows_for, write_found
-from ulna.planning.search_records import (
+from ulna.planning.entries.search_records import (
     AORRTC,
     NO_ROOM,
     PAUSED,
@@ -29,6 +27,8 @@ from ulna.planning.search_records import (
     ShorteningState,
     Trees,
 )
+from ulna.planning.entries.shortening import Cut, shorten_path
+from ulna.planning.entries.tree import Steps, drop_repeats, rows_for, write_found
 
 _SEARCH = Group((Array(SearchSettings, 1, constant=True), Array(Entry, 1), MATRIX, Array(SearchState, 1)), SearchTables)
 _TREES = Group((MATRICES, INDEX_ROWS, MATRIX, MATRICES, MATRICES), Trees)

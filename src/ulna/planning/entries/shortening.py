@@ -8,7 +8,7 @@ from ulna.engine.decorators import kernel, routine
 from ulna.kernels.planning.space import distance, write_step
 from ulna.planning.entries.edge import is_free
 from ulna.planning.entries.extension import gains_little, write_curve
-from ulna.planning.search_records import BESIDE, CONFIRM, NOT_FREE, PAUSED, REACHED, SOLVED, STOPPED
+from ulna.planning.entries.search_records import BESIDE, CONFIRM, NOT_FREE, PAUSED, REACHED, SOLVED, STOPPED
 
 N_ATTEMPTS = 48  # attempts of pass 2
 N_FAILURES = 8  # failures in a row that end pass 2, with constraints

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import WIDTH, lane_of
 from ulna.kernels.planning.space import nearest_in_lanes, short_way
-from ulna.planning.search_records import SKIPPED_PER_CHECK, SPARE_POINTS
+from ulna.planning.entries.search_records import SKIPPED_PER_CHECK, SPARE_POINTS
 
 
 class Steps(NamedTuple):
