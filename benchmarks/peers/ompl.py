@@ -12,7 +12,7 @@ from ompl import base, geometric, util
 
 import ulna
 from benchmarks.vamp_problems import PlanningProblem
-from ulna.planning.search_records import RANGE, SAMPLES_APART
+from ulna.planning.entries.search_records import RANGE, SAMPLES_APART
 
 Way = tuple[NDArray | None, float]
 MAX = 10.0  # s

@@ -15,7 +15,7 @@ from roboplan import core, rrt
 import ulna
 from benchmarks.peer import NotForThisArm
 from benchmarks.vamp_problems import PlanningProblem
-from ulna.planning.search_records import RANGE, SAMPLES_APART
+from ulna.planning.entries.search_records import RANGE, SAMPLES_APART
 
 Way = tuple[NDArray | None, float]
 GROUP = "arm"
