@@ -21,7 +21,7 @@ from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.robot import Robot
 from ulna.viewer.surface_nets import Distance, Vector, box, cone, cut, drum, mesh_of, union
 
-SHELL, DARK, PAD = (236, 238, 241, 255), (52, 57, 66, 255), (120, 128, 140, 255)  # colors of shells, joints, fingers
+SHELL, DARK, PAD = (236, 238, 241, 255), (66, 72, 82, 255), (120, 128, 140, 255)  # colors of shells, joints, fingers
 _NARROWEST = 0.6  # the radius at the tip, relative to the base
 _MANY = 10  # a robot with at least as many joints has several chains: it is drawn thinner and in less detail
 _WAIST = 0.92  # the radius of a leg, relative to its joint

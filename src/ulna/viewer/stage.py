@@ -18,7 +18,7 @@ from ulna.viewer.page import Page
 from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS, SKY, TO_SUN
 from ulna.viewer.visuals import triangles
 
-_SUN, _SKY = 3.0, 1.35  # intensities
+_SUN, _SKY = 3.4, 1.5  # intensities
 _SPOT, _SHADED = 6.0, 3.0  # radii of the robot: the distance of the light that casts shadows, and the radius that it lights
 _SPOT_SHARE = 0.65  # of the sun's light that casts shadows
 _NEARBY = 4.0  # radii of the robot: obstacles farther away neither lower the floor nor move the camera
