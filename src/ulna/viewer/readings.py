@@ -34,7 +34,7 @@ class ClearancePanel:
             server.scene.add_icosphere(f"/nearest/end{k}", 0.012 * size, SLATE, position=point, visible=False, cast_shadow=False)
             for k in (0, 1)
         ]
-        self.label = server.scene.add_label("/nearest/label", "", visible=False, anchor="bottom-center", font_screen_scale=1.2)
+        self.label = server.scene.add_label("/nearest/label", "", visible=False, anchor="bottom-left", font_screen_scale=1.2)
 
     def show(self, clearance: Clearance) -> None:
         """Show the contacts and the nearest pair."""
