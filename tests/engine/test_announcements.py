@@ -49,7 +49,7 @@ def test_in_a_pipe_a_chain_is_one_line_and_the_next_chain_another(clock, pipe):
         compile_for(clock, name, 8.0)
         clock[0] += 0.5
     assert pipe.getvalue().count("\n") == 1
-    assert pipe.getvalue().startswith("ulna: compiling first and what is called with it for this machine (once")
+    assert pipe.getvalue().startswith("ulna: compiling first and its callees for this machine (once")
     clock[0] += 60.0
     compile_for(clock, "fourth", 1.0)
     assert pipe.getvalue().splitlines()[1].startswith("ulna: compiling fourth ")

@@ -263,8 +263,8 @@ def shared_by_the_owner_of_the_folder_itself(base, name):
 
 SHARED = {
     shared_by_an_open_folder: r"is open to other users \(mode 0777; 0700 is needed\)",
-    shared_by_a_link: "is no folder",
-    shared_by_a_folder_above: r"lets other users exchange what lies in it \(mode 0777\)",
+    shared_by_a_link: "is not a folder",
+    shared_by_a_folder_above: r"lets other users replace its files \(mode 0777\)",
     shared_by_an_owner: r"belongs to another user \(number 65534\)",
     shared_by_the_owner_of_the_folder_itself: r"belongs to another user \(number 65534\)",
 }
@@ -276,7 +276,7 @@ def test_a_folder_in_which_another_user_could_have_put_code_is_not_used_and_that
     if "owner" in shared.__name__ and os.geteuid():
         pytest.skip("only root can give a folder away")
     shared(tmp_path, f"kernels-{cache.compiler_hash()}")
-    with pytest.warns(RuntimeWarning, match=rf"^ulna: compiled code is not kept, nor read: .* {SHARED[shared]}"):
+    with pytest.warns(RuntimeWarning, match=rf"^ulna: the cache of compiled code is not used: .* {SHARED[shared]}"):
         assert cache.cache_folder.__wrapped__() is None
 
 
@@ -334,7 +334,7 @@ def test_the_users_cache_folder_may_be_a_link_to_another_of_his(tmp_path, monkey
     folder = cache.cache_folder.__wrapped__()
     assert folder.path.parent == tmp_path / "disk" / "of ulna"
     (tmp_path / "disk").chmod(0o777)
-    with pytest.warns(RuntimeWarning, match="lets other users exchange"):
+    with pytest.warns(RuntimeWarning, match="lets other users replace"):
         assert cache.cache_folder.__wrapped__() is None
 
 

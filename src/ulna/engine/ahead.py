@@ -1,7 +1,7 @@
-"""Finds the machine code that a wheel brings, compiled ahead for a few levels of CPU.
+"""Finds the machine code of a wheel, compiled ahead for a few levels of CPU.
 
-It is in the folder ``machine_code`` beside this file, the only place that is searched: a library for each level, with the
-entries that ``emit`` wrote, and ``index.json``, which says what is in them. A clone has no such folder: there Numba compiles.
+It is in the folder ``machine_code`` next to this file, the only place that is searched. There is a library for each level, with
+the entries that ``emit`` wrote, and ``index.json``, their table of contents. A clone has no such folder: there Numba compiles.
 """
 
 import json
@@ -22,7 +22,7 @@ _SOURCE = "a copy of the repository, where Numba compiles for this machine: pip 
 
 
 def ahead_entry(module: str, function: str) -> Callable[..., Any] | None:
-    """A function of a module of entries from the library of this CPU; None where Numba compiles, or if it is no entry."""
+    """A function of an entries module from this CPU's library; None if Numba compiles, or for no entry."""
     library = _library() if is_ahead() else None
     if library is None or not module.startswith(f"{library.package}."):
         return None
@@ -30,15 +30,15 @@ def ahead_entry(module: str, function: str) -> Callable[..., Any] | None:
 
 
 def is_ahead() -> bool:
-    """Whether machine code compiled ahead is used: it is there, and neither Python nor this very CPU was asked for.
+    """Whether machine code compiled ahead is used: it exists, and neither Python nor this CPU's own code was requested.
 
-    ``NUMBA_DISABLE_JIT=1`` asks for plain Python, ``ULNA_CPU=native`` for code that Numba compiles for this CPU.
+    ``NUMBA_DISABLE_JIT=1`` requests plain Python, ``ULNA_CPU=native`` code that Numba compiles for this CPU.
     """
     return not asks_for_python() and os.environ.get(VARIABLE) != NATIVE and _is_there()
 
 
 def asks_for_python() -> bool:
-    """Whether ``NUMBA_DISABLE_JIT=1`` asks for plain Python."""
+    """Whether ``NUMBA_DISABLE_JIT=1`` requests plain Python."""
     return os.environ.get("NUMBA_DISABLE_JIT", "0") not in {"", "0"}
 
 
@@ -53,7 +53,7 @@ def extension() -> Any:
 
 
 def level() -> str:
-    """The level of CPU whose machine code is used, such as ``x86-64-v3``. Only where ``is_ahead``."""
+    """The level of CPU whose machine code is used, such as ``x86-64-v3``; valid only if ``is_ahead``."""
     return _library().level
 
 
@@ -62,7 +62,7 @@ class Library:
 
     Attributes:
         level: Its name.
-        package: The package whose entries it has.
+        package: The package of its entries.
     """
 
     def __init__(self, folder: Path, index: dict[str, Any], name: str) -> None:
@@ -74,7 +74,7 @@ class Library:
         try:
             whole = _is_whole(
                 self._file, index["levels"][name]["size"], index["levels"][name]["sha256"]
-            )  # to load one that is damaged may end the process
+            )  # loading a damaged library may end the process
             self._library: Any = ctypes.CDLL(str(self._file)) if whole else None
         except OSError as error:
             raise _damaged(self._file, error) from None
@@ -82,7 +82,7 @@ class Library:
             raise _damaged(self._file, "it is not the wheel's: its size or its hash differs")
 
     def find(self, name: str) -> Callable[..., Any] | None:
-        """An entry of it, made once; or None."""
+        """An entry of the library, created once; or None."""
         entry = self._entries.get(name)
         if entry is not None and name not in self._made:
             overloads = tuple((self._address(one["symbol"]), one["signature"]) for one in entry["overloads"])
@@ -100,10 +100,10 @@ class Library:
 
 
 def _is_whole(file: Path, size: int, sha256: str) -> bool:
-    """Whether a library has the content that the wheel's index says. Its hash is computed once on a machine.
+    """Whether a library has the content in the wheel's index; the hash is computed once per machine.
 
-    Then an empty file in the private folder of caches notes by its name which file it was: hash, device, inode, size and time of
-    change. Where there is no such folder, the hash is computed each time.
+    Afterwards an empty file in the private cache folder records the checked file in its name: hash, device, inode, size and
+    modification time. Without such a folder, the hash is computed each time.
     """
     status = file.stat()
     if status.st_size != size:
@@ -117,13 +117,13 @@ def _is_whole(file: Path, size: int, sha256: str) -> bool:
 
 
 def _hash_is(file: Path, sha256: str) -> bool:
-    import hashlib  # noqa: PLC0415 - needed once on a machine
+    import hashlib  # noqa: PLC0415 - needed once per machine
 
     return hashlib.sha256(file.read_bytes()).hexdigest() == sha256
 
 
 def load_library(folder: Path, wanted: str) -> Library:
-    """The library of a level, or of the highest that this CPU has if ``wanted`` is empty."""
+    """The library of a level; with an empty ``wanted`` the highest level that this CPU supports."""
     try:
         index = _checked(json.loads((folder / INDEX).read_text(encoding="utf-8")))
         levels = {name: level["needs"] for name, level in index["levels"].items()}
@@ -141,10 +141,10 @@ def load_library(folder: Path, wanted: str) -> Library:
 
 
 def _checked(index: Any) -> dict[str, Any]:
-    """The index if it has the form that ``hatch_build`` gives it, so that what reads it later need not ask.
+    """Check the form of the index that ``hatch_build`` writes, so that later code can rely on it.
 
     Raises:
-        KeyError, TypeError, AttributeError: It has not.
+        KeyError, TypeError, AttributeError: The form is wrong.
     """
     _check_kinds(index, {"package": str, "levels": dict, "entries": dict})
     for level in index["levels"].values():

@@ -1,9 +1,9 @@
-"""Says that machine code is being made, which takes a second to half a minute.
+"""Announces compilations, which take a second to half a minute.
 
-On a terminal a line says which entry is compiled, and counts the seconds; in the end it says how many they were. While a bar of
-progress is drawn there, the line is printed once instead. Elsewhere (a pipe, CI, Jupyter) a chain of compilations is announced
-once: those that one call waits for. That is a record of the logger ``ulna``, level INFO. A program that shows records
-decides itself what becomes of it; one that shows none, or writes them only into a file, gets a line on standard error.
+On a terminal a line names the entry and counts the seconds, and shows the total at the end. While a progress bar is drawn there,
+the line is printed once instead. Elsewhere (a pipe, CI, Jupyter) a chain of compilations for one call is announced once, as a
+record of the logger ``ulna``, level INFO. A program that shows records decides itself what to do with it. If no handler shows
+records, or all write to files only, a line goes to standard error.
 """
 
 import contextlib
@@ -18,9 +18,9 @@ from ulna.engine.progress import is_bar_shown
 
 LOGGER = logging.getLogger("ulna")
 LOGGER.addHandler(logging.NullHandler())
-_NEXT_WITHIN_S = 2.0  # of the end of a compilation the next of a chain begins
-_LONGEST_S = 120.0  # of one compilation
-_CLEAR = "\r\x1b[K"  # the line that the terminal is in
+_NEXT_WITHIN_S = 2.0  # maximum pause between two compilations of a chain
+_LONGEST_S = 120.0  # maximum duration of one compilation
+_CLEAR = "\r\x1b[K"  # clears the current line of the terminal
 _TURN_S = 0.2
 _lock = threading.Lock()
 _chain_until = 0.0
@@ -34,7 +34,7 @@ class Announcements:
 
 @contextlib.contextmanager
 def quietly():
-    """Within it nothing is announced: who compiles ahead shows its own progress."""
+    """Within the block, announce nothing: a caller that compiles ahead shows its own progress."""
     before, Announcements.enabled = Announcements.enabled, False
     try:
         yield
@@ -53,20 +53,20 @@ def compilation_begins(name: str) -> None:
     elif on_terminal:
         _spinner.begin(name)
     if begins_chain:
-        line = f"compiling {name} and what is called with it for this machine (once; `ulna warmup` compiles everything)"
+        line = f"compiling {name} and its callees for this machine (once; `ulna warmup` compiles everything)"
         LOGGER.info(line)
         if not on_terminal and not _shows_records():
             _print(f"ulna: {line}")
 
 
 def compilation_ended(name: str = "") -> None:
-    """What follows soon is of the same chain."""
+    """Mark the end of a compilation; one that follows soon belongs to the same chain."""
     _spinner.end(name)
     _prolong(_NEXT_WITHIN_S, ended=True)
 
 
 def _prolong(seconds: float, *, ended: bool = False) -> bool:
-    """Let the chain go on for so long from now. Returns whether it begins now."""
+    """Extend the chain by a time from now; returns whether it begins now."""
     global _chain_until
     with _lock:
         now = time.monotonic()
@@ -75,7 +75,7 @@ def _prolong(seconds: float, *, ended: bool = False) -> bool:
 
 
 def _shows_records() -> bool:
-    """Whether the program, or what it runs in, shows records: a handler here or of the root that writes not only into a file."""
+    """Whether any handler, here or of the root logger, shows records other than in a file."""
     handlers = (*LOGGER.handlers, *logging.getLogger().handlers)
     return not all(isinstance(handler, logging.NullHandler | logging.FileHandler) for handler in handlers)
 
@@ -86,15 +86,15 @@ def _print(line: str, end: str = "\n") -> None:
 
 
 class _Spinner:
-    """A line of a terminal that says what is compiled, and for how long, as long as something is."""
+    """A line of a terminal that names the current compilation and its duration."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._since: dict[str, float] = {}  # by the name of what is compiled
+        self._since: dict[str, float] = {}  # start times, by the name of the entry
         self._thread: threading.Thread | None = None
 
     def begin(self, name: str) -> None:
-        """Say that an entry is compiled."""
+        """Show that an entry is being compiled."""
         with self._lock:
             self._since[name] = time.monotonic()
             if self._thread is None:
@@ -102,7 +102,7 @@ class _Spinner:
                 self._thread.start()
 
     def end(self, name: str) -> None:
-        """Say how long it took."""
+        """Show the duration of a compilation."""
         with self._lock:
             since = self._since.pop(name, None)
             if since is not None:
@@ -113,7 +113,7 @@ class _Spinner:
         while True:
             with self._lock:
                 now = time.monotonic()
-                self._since = {name: since for name, since in self._since.items() if now - since < _LONGEST_S}  # one that failed
+                self._since = {name: since for name, since in self._since.items() if now - since < _LONGEST_S}  # failed ones
                 if not self._since:
                     self._thread = None
                     return

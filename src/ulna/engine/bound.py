@@ -1,4 +1,4 @@
-"""Binds an entry's leading arguments (partial application), in C where there is the extension.
+"""Binds an entry's leading arguments (partial application), in C if the extension is available.
 
 The extension comes with a wheel (``ahead``). Without it a bound entry is a function in Python.
 """
@@ -11,14 +11,15 @@ from ulna.engine.ahead import extension
 from ulna.engine.signatures import fits
 
 IN_C = extension() is not None
-"""Whether there is the extension."""
+"""Whether the extension is available."""
 
 if TYPE_CHECKING or not IN_C:
 
     class Bound:
-        """An entry bound to its tables: a function of one q, or of one target. In a wheel it is in C (``native/bound.c``).
+        """An entry bound to its tables: a function of one q, or of one target.
 
-        There, its call goes to machine code, or to ``otherwise``. Here, what inherits it has a ``__call__`` of its own.
+        In a wheel it is in C (``native/bound.c``), and a call goes to machine code, or to ``otherwise``. Here, subclasses define
+        their own ``__call__``.
         """
 
         __slots__ = ()
@@ -33,7 +34,7 @@ if TYPE_CHECKING or not IN_C:
             otherwise: Callable[..., Any],
             like: Any = None,
         ) -> None:
-            """Take machine code as ``machine_code`` gives it, or None; the other arguments are those of ``bind``."""
+            """Store machine code from ``machine_code``, or None; the other arguments are those of ``bind``."""
 
         def __call__(self, *arguments: Any, **named: Any) -> Any:
             """Call the entry."""
@@ -44,20 +45,20 @@ else:
 
 
 Way = Literal["pose", "truth", "number", "edge", "copy", "search", "branches", "motion"]
-"""What a bound function takes and returns (native/ways.c).
+"""The arguments and the result of a bound function (native/ways.c).
 
 - ``pose``: ``f(q, out=None)``, an array of the shape ``numbers``.
 - ``truth``: ``f(q, first, end)``, False or True for the two codes in ``numbers``.
-- ``number``: ``f(q, first, end)``, the number that the result's record begins with.
-- ``edge``: ``f(q_a, q_b, resolution, first, end)``, False or True for the two codes in ``numbers``, how far it is free, and q
+- ``number``: ``f(q, first, end)``, the first number of the result's record.
+- ``edge``: ``f(q_a, q_b, resolution, first, end)``, False or True for the two codes in ``numbers``, the free fraction, and q
   there.
 - ``copy``: ``f(T)``, an array of the shape ``numbers``, which T has too.
-- ``search``: ``f(target, seed)``, q and a record about it in an array, or None if there is no solution.
+- ``search``: ``f(target, seed)``, q and its record in an array, or None without a solution.
 - ``motion``: ``f(q, qd, qdd)``, an array of ``numbers[0]`` numbers.
-- ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), which of them are within the limits, which are real, and a code
+- ``branches``: ``f(target)``, q of shape (``numbers[0]``, n), whether each is within the limits, whether each is real, and a code
   below ``numbers[1]``; or None.
 
-``first`` and ``end`` are the rows of a scene's objects.
+``first`` and ``end`` delimit the rows of a scene's objects.
 """
 
 
@@ -70,15 +71,15 @@ def bind(
     otherwise: Callable[..., Any],
     like: Any = None,
 ) -> Callable[..., Any]:
-    """A function of one q that calls an entry; ``otherwise`` without the extension, or where Python runs the entry.
+    """A function of one q that calls an entry; ``otherwise`` without the extension, or if Python runs the entry.
 
     Args:
         entry: An entry.
-        way: What the function takes and returns.
-        leading: The arguments of the entry that come before q; they must not be resized while the function is used.
+        way: The arguments and the result of the function.
+        leading: The arguments of the entry before q; they must not be resized while the function is used.
         n: The number of entries of q.
-        numbers: Of the way.
-        otherwise: Called with the same arguments where q is no array as the machine code takes it, or is refused by it.
+        numbers: The numbers of the way.
+        otherwise: Called with the same arguments if q is not an array that the machine code accepts, or is refused by it.
         like: For ``search`` and ``number``: an array of the record that is written.
     """
     code = machine_code(entry, leading) if n else None
@@ -86,29 +87,29 @@ def bind(
 
 
 def machine_code(entry: Callable[..., Any], leading: tuple) -> Callable[..., Any] | None:
-    """An entry as the extension calls it; None without the extension, or where nothing was compiled for these first arguments."""
+    """An entry for the extension; None without the extension, or without machine code for these first arguments."""
     calls = extension()
     if calls is None or isinstance(getattr(entry, "__self__", None), calls.Entry):
         return None if calls is None else entry
     if not hasattr(entry, "overloads"):
         return None
-    from ulna.engine.native import native_entry  # noqa: PLC0415 - the compiler is loaded where there is such an entry
+    from ulna.engine.native import native_entry  # noqa: PLC0415 - loads the compiler only for such an entry
 
     return native_entry(entry, leading, calls)
 
 
 _machine_code: dict[tuple[Any, int], Callable[..., Any]] = {}
-"""By entry and number of a signature: what is called for it."""
+"""The function to call, by entry and index of a signature."""
 
 
 def bind_first(entry: Callable[..., Any], number: int, *leading: Any) -> Callable[..., Any]:
-    """An entry whose first arguments are given: Python looks at their types once, and not at each call.
+    """Bind the first arguments of an entry: Python checks their types once, not at each call.
 
-    Where Numba has compiled the entry, nothing looks at the types of the others either: they have to be those of the signature.
+    If Numba has compiled the entry, the types of the other arguments are not checked either: they must match the signature.
 
     Args:
         entry: An entry.
-        number: Of its signature that has these types, from 0 on.
+        number: The index of its signature with these types.
         leading: Its first arguments.
 
     Raises:
@@ -121,10 +122,10 @@ def bind_first(entry: Callable[..., Any], number: int, *leading: Any) -> Callabl
 
 
 def _called_directly(entry: Any, number: int, leading: tuple) -> Callable[..., Any]:
-    """The machine code of an entry for a signature; the entry itself in plain Python, and where the extension calls it."""
+    """The machine code of an entry for a signature; the entry itself in plain Python, or with the extension."""
     if not hasattr(entry, "overloads"):
         return entry
-    from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - the compiler is loaded where there is such an entry
+    from ulna.engine.decorators import ENTRIES  # noqa: PLC0415 - loads the compiler only for such an entry
     from ulna.engine.native import compiled_for  # noqa: PLC0415 - as above
 
     signature = ENTRIES[entry].signatures[number]

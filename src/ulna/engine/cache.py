@@ -1,25 +1,25 @@
-"""Keeps the machine code of entries on disk, and never loads code of other sources.
+"""Stores the machine code of entries on disk, and never loads code of other sources.
 
-**The idea.** A file's name is a hash of everything that its content depends on. So a file is never out of date: where anything
-changes, another name is looked for, which is not there yet. Nothing is compared when a file is loaded, no index is kept, and
-processes, clones and versions of Ulna that share a folder do not disturb each other. The names are made of three hashes:
+**The idea.** A file's name is a hash of everything that its content depends on. So a file is never out of date: after any change
+another name is searched, which does not exist yet. Loading compares nothing and needs no index. Processes, clones and versions of
+Ulna that share a folder do not disturb each other. The names consist of three hashes:
 
-1. The folder, ``kernels-<hash>``: the versions of Python, Numba, llvmlite and NumPy, Numba's settings, what of Numba is missing
-   (``numba_private``), and the text of the engine's own part in compiling (``compiler_hash``).
+1. The folder, ``kernels-<hash>``: the versions of Python, Numba, llvmlite and NumPy, Numba's settings, missing names of Numba
+   (``numba_private``), and the text of the engine's own compiling modules (``compiler_hash``).
 2. The file, ``<entry>-<hash>``: the text of the entry's file and of every file that it takes names from, directly or through
-   others (``sources``). Each is read when it is loaded, so an edit in a running program changes neither code nor name. A change
-   to the kernels of pictures is no change to a pose.
-3. The file's end: the types of the arguments, and the processor with its features, as Numba has them.
+   others (``sources``). Each text is read when it is loaded, so an edit in a running program changes neither code nor name. A
+   change to the kernels of pictures does not affect a pose.
+3. The end of the file's name: the types of the arguments, and the processor with its features, as Numba states them.
 
-Numba's own cache is keyed by the entry's file alone: by its size and its time of change. It would go on loading an entry's old
-code after a change in a kernel that the entry calls, or where an upgrade has set an older time.
+Numba's own cache uses only the entry's file as its key, by size and modification time. It would load the old code after a
+change in a kernel that the entry calls, or after an upgrade that set an older time.
 
-A call of an entry that has no machine code in this process goes to ``load_overload``, which reads the file of its name. If
-that is missing or damaged, Numba compiles, and ``save_overload`` writes the file, as a whole or not at all. A shared routine
-(``shared``) has a file of its own, which is loaded before those of its callers. Files that were not used for a month are removed.
+A call of an entry without machine code in this process goes to ``load_overload``, which reads the file of its name. If that is
+missing or damaged, Numba compiles, and ``save_overload`` writes the file, as a whole or not at all. A shared routine (``shared``)
+has a file of its own, which is loaded before those of its callers. Files that were not used for a month are removed.
 
-Whoever can write into the folder can have code executed. So it is opened once, checked as it is open, and its files are opened
-in it by that descriptor (``private_folder``).
+Anyone who can write into the folder can have code executed. So it is opened once and checked while it is open. Its files are
+opened by that descriptor (``private_folder``).
 """
 
 import contextlib
@@ -53,7 +53,7 @@ _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO
 
 @cache
 def compiler_hash() -> str:
-    """Hash, in hexadecimal, of what all machine code depends on: the compiler, its settings, and our decorators."""
+    """Hash, in hexadecimal, of everything that all machine code depends on: the compiler, its settings, and our decorators."""
     versions = platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__
     settings = (str(getattr(config, name, None)) for name in _SETTINGS)
     ours = sources_hash(str(Path(__file__).with_name("decorators.py")))
@@ -64,8 +64,8 @@ def compiler_hash() -> str:
 def cache_folder() -> PrivateFolder | None:
     """The folder of this compiler's machine code; None if it cannot be written, or if other users could write there.
 
-    It is in ``NUMBA_CACHE_DIR``, or else in the user's own cache folder. Files, and folders of other compilers, that were not
-    used for a month are removed.
+    It is in ``NUMBA_CACHE_DIR``, or else in the user's own cache folder. Files, and folders of other compilers, are removed if
+    they were not used for a month.
 
     Warns:
         RuntimeWarning: Other users could have put code there, so the folder is not used.
@@ -77,7 +77,7 @@ def cache_folder() -> PrivateFolder | None:
             base.remove_unused_folders("kernels-", _UNUSED_DAYS)
         folder.remove_unused(_UNUSED_DAYS)
     except SharedFolderError as error:
-        warnings.warn(f"ulna: compiled code is not kept, nor read: {error}", RuntimeWarning, stacklevel=2)
+        warnings.warn(f"ulna: the cache of compiled code is not used: {error}", RuntimeWarning, stacklevel=2)
         return None
     except (OSError, RuntimeError):  # RuntimeError: a user without a home folder
         return None
@@ -91,7 +91,7 @@ class _Locator(CacheLocator):
         self._function = function
 
     def get_cache_path(self) -> Any:
-        return ""  # not used: the files are opened in the folder that is open
+        return ""  # not used: files are opened in the open folder
 
     def ensure_cache_path(self) -> None:
         pass
@@ -122,13 +122,13 @@ class _Files(IndexDataCacheFile):
         self._folder = folder
 
     def load(self, key):
-        """The machine code of a key, or None; its file is marked as used now."""
+        """The machine code of a key, or None; marks its file as used now."""
         with contextlib.suppress(FileNotFoundError):
             return pickle.loads(self._folder.read(self._name(key)))  # noqa: S301 - only this user can write there
         return None
 
     def save(self, key, data):
-        """Save the machine code of a key: the types of the arguments, the processor, and hashes of the function's own code."""
+        """Save the machine code of a key: the types of the arguments, the processor, and hashes of the function's code."""
         self._folder.write(self._name(key), self._dump(data))
 
     def _name(self, key) -> str:
@@ -146,19 +146,19 @@ class RoutineCache(FunctionCache):
 
     def load_overload(self, sig, target_context):
         """The machine code of a signature from the cache, or None: then Numba compiles it."""
-        with contextlib.suppress(Exception):  # after a damaged file it is compiled again, and the file replaced
+        with contextlib.suppress(Exception):  # a damaged file is compiled again and replaced
             return super().load_overload(sig, target_context)
         return None
 
     def save_overload(self, sig, data):
-        """Save the machine code of a signature that was just compiled; where none was made yet, it is made now."""
+        """Save the machine code of a compiled signature; generate it now if that has not happened yet."""
         data.library.get_pointer_to_function(data.fndesc.llvm_func_name)
         with contextlib.suppress(OSError):  # on a full disk the code is used, but not saved
             super().save_overload(sig, data)
 
 
 class KernelCache(RoutineCache):
-    """Numba's cache of one entry, in our folder. A compilation is announced."""
+    """Numba's cache of one entry, in our folder, with announced compilations."""
 
     def load_overload(self, sig, target_context):
         """The machine code of a signature from the cache, or None: then Numba compiles it, which is announced."""
@@ -168,6 +168,6 @@ class KernelCache(RoutineCache):
         return loaded
 
     def save_overload(self, sig, data):
-        """Save the machine code of a signature that was just compiled."""
+        """Save the machine code of a compiled signature."""
         compilation_ended(self._py_func.__name__)
         super().save_overload(sig, data)

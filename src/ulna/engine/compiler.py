@@ -1,11 +1,11 @@
-"""Gives functions to Numba, with the lanes taught and our cache set.
+"""Passes functions to Numba, with the lanes registered and our cache installed.
 
-Nothing else need be imported to compile, and nothing that is compiled ahead imports it. What of Numba is missing in the version
-that is installed (``numba_private``) is done without.
+This module is sufficient to compile, and code compiled ahead does not import it. Names missing in the installed version of Numba
+(``numba_private``) are avoided.
 
 Ctrl-C waits until the compiler is done. Python raises ``KeyboardInterrupt`` between any two of its instructions. Within LLVM's
-callbacks it is lost, and the program runs on. Between taking and releasing llvmlite's lock it leaves the lock taken, and the
-program waits for ever.
+callbacks it is lost, and the program continues. Between taking and releasing llvmlite's lock it leaves the lock taken, and the
+program waits forever.
 """
 
 import gc
@@ -19,13 +19,13 @@ from typing import Any, cast
 from numba import config, from_dtype, njit, types
 
 import ulna.engine.lane_lowering
-import ulna.engine.lane_rows  # noqa: F401 - for their effect: Numba knows the number that is eight numbers
+import ulna.engine.lane_rows  # noqa: F401 - registers the lanes with Numba
 from ulna.engine.cache import KernelCache, RoutineCache, cache_folder, compiler_hash
 from ulna.engine.numba_private import CACHE, CODE, MEMORY, PASSES, PERMISSION, have, is_tested, turn_off, warn_of_missing
 from ulna.engine.shared import share
 from ulna.engine.signatures import Array, Group, Kind, Signature
 
-_njit: Any = njit  # its annotations leave out some of our flags
+_njit: Any = njit  # its annotations omit some of our flags
 _DOCUMENTED = {"fastmath", "error_model", "nogil", "forceinline"}
 
 
@@ -35,14 +35,14 @@ def is_disabled() -> bool:
 
 
 def numba_types(signature: Signature) -> tuple[types.Type, ...]:
-    """A signature in Numba's types."""
+    """Convert a signature to Numba's types."""
     return tuple(map(_numba_type, signature))
 
 
 def compiled(function: Callable, flags: dict[str, Any]) -> Any:
-    """A function that Numba compiles when it is first called, with flags of ours.
+    """A function that Numba compiles at its first call, with our flags.
 
-    Compiled code calls a twin of it, of which no machine code is made (``pipelines``).
+    Compiled code calls a twin of it, for which no machine code is generated (``pipelines``).
     """
     dispatcher = _dispatcher(function, flags)
     if have(CODE) and not is_disabled():
@@ -51,7 +51,7 @@ def compiled(function: Callable, flags: dict[str, Any]) -> Any:
 
 
 def compiled_once(function: Callable, flags: dict[str, Any]) -> Any:
-    """As ``compiled``, but compiled once for all that call it (``shared``), and kept on disk."""
+    """Like ``compiled``, but compiled once for all callers (``shared``), and stored on disk."""
     if not have(CODE):
         return _dispatcher(function, flags)
     dispatcher = _njit(**flags)(function)
@@ -64,7 +64,7 @@ def compiled_once(function: Callable, flags: dict[str, Any]) -> Any:
 
 
 def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Callable[[Any], None]) -> Any:
-    """As ``compiled``, but kept on disk; ``may_compile`` raises where it may not be compiled now."""
+    """Like ``compiled``, but stored on disk; ``may_compile`` raises an error if compiling is not allowed now."""
     dispatcher = _dispatcher(function, flags)
     if is_disabled():
         return dispatcher
@@ -72,14 +72,14 @@ def compiled_entry(function: Callable, flags: dict[str, Any], may_compile: Calla
     if have(PERMISSION):
         _ask_before_compiling(dispatcher, may_compile)
     # Ctrl-C waits while an entry is compiled or loaded from disk.
-    dispatcher.compile = _garbage_kept()(interrupts_deferred()(dispatcher.compile))
+    dispatcher.compile = _garbage_collection_off()(interrupts_deferred()(dispatcher.compile))
     return dispatcher
 
 
 def _dispatcher(function: Callable, flags: dict[str, Any], *, whole: bool = True, **more: Any) -> Any:
-    """Numba's own, with our pipeline for what has machine code, or for what only compiled code calls.
+    """Numba's dispatcher, with our pipeline for functions with machine code, or for inlined ones.
 
-    Without our pipeline it has the documented flags alone.
+    Without our pipeline it has only the documented flags.
     """
     if not have(CODE):
         return _njit(**{name: flag for name, flag in flags.items() if name in _DOCUMENTED})(function)
@@ -95,10 +95,10 @@ def _keep_on_disk(dispatcher: Any, kind: type[RoutineCache]) -> None:
 
 
 def _let_callers_use(within: Any, dispatcher: Any) -> None:
-    """Let code that is compiled call ``within`` where it names a dispatcher.
+    """Let compiled code call ``within`` wherever it names a dispatcher.
 
-    Numba would compile a function once more for each whole number that it is called with in the source. LLVM finds such
-    constants itself, where it copies the function into its caller.
+    Numba would compile a function again for each integer constant among its arguments. LLVM finds such constants itself when it
+    inlines the function.
     """
     dispatcher.within = within
     dispatcher.get_call_template = lambda args, kws: within.get_call_template(
@@ -112,7 +112,7 @@ def _without_number(kind: Any) -> Any:
 
 
 def _ask_before_compiling(dispatcher: Any, may_compile: Callable[[Any], None]) -> None:
-    """Test whether this thread may compile, where Numba has found no machine code for a call and before it takes its lock."""
+    """Check whether this thread may compile, after Numba found no machine code and before it takes its lock."""
     compile_for = dispatcher._compile_for_args  # noqa: SLF001 - the only place before the lock
 
     def compile_if_permitted(*arguments: Any, **named: Any) -> Any:
@@ -124,9 +124,9 @@ def _ask_before_compiling(dispatcher: Any, may_compile: Callable[[Any], None]) -
 
 @contextmanager
 def interrupts_deferred() -> Iterator[None]:
-    """Within it Ctrl-C waits for the end. A second Ctrl-C ends the program at once, as programs without Python's handler end.
+    """Within the block, Ctrl-C waits for the end; a second Ctrl-C ends the program at once.
 
-    Only the main thread gets ``KeyboardInterrupt``, so in other threads nothing is changed.
+    Only the main thread gets ``KeyboardInterrupt``, so other threads are unaffected.
     """
     handler = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(handler):
@@ -139,7 +139,7 @@ def interrupts_deferred() -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
     try:
-        signal.signal(signal.SIGINT, note)  # within, as another signal may raise where it has just been set
+        signal.signal(signal.SIGINT, note)  # inside the try block, as another signal may raise just after this call
         yield
     finally:
         signal.signal(signal.SIGINT, handler)
@@ -148,8 +148,8 @@ def interrupts_deferred() -> Iterator[None]:
 
 
 @contextmanager
-def _garbage_kept() -> Iterator[None]:
-    """Within it the garbage collector does not run: a compilation makes millions of objects, nearly all of them kept."""
+def _garbage_collection_off() -> Iterator[None]:
+    """Within the block, the garbage collector is off: a compilation creates millions of lasting objects."""
     if not gc.isenabled():
         yield
         return
@@ -171,15 +171,15 @@ def _numba_type(kind: Kind) -> types.Type:
 
 
 def _check_untested() -> None:
-    """Compile a small entry where Numba's version was not tested, and do without our pipeline, or our cache, if that fails."""
+    """Compile a small entry with an untested version of Numba; after a failure, disable our pipeline or our cache."""
     for groups in ((CODE, PASSES, MEMORY), (CACHE,)):
         if is_tested() or is_disabled() or not have(*groups):
             continue
         try:
-            import_module("ulna.engine.trial")  # after a failure it is imported anew
+            import_module("ulna.engine.trial")  # after a failure it is imported again
         except Exception as error:  # noqa: BLE001 - whatever another version raises
             turn_off(groups, f"{type(error).__name__}: {error}")
-            compiler_hash.cache_clear()  # it depends on what is turned off
+            compiler_hash.cache_clear()  # it depends on the disabled groups
             cache_folder.cache_clear()
 
 

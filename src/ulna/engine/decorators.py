@@ -1,8 +1,8 @@
 """Marks functions for the compiler, with its flags.
 
-``kernel``, ``exact_kernel``, ``routine``, ``shared_routine`` and ``workspace`` are for functions that other kernels call;
-``entry`` and ``low_latency_entry`` for those that Python calls. These have the types of their arguments (``signatures``), and
-their machine code is kept on disk (``cache``). In a wheel an entry is the machine code that was compiled ahead (``ahead``).
+``kernel``, ``exact_kernel``, ``routine``, ``shared_routine`` and ``workspace`` mark functions that other kernels call. ``entry``
+and ``low_latency_entry`` mark functions that Python calls. Those declare the types of their arguments (``signatures``), and their
+machine code is stored on disk (``cache``). In a wheel an entry is machine code that was compiled ahead (``ahead``).
 """
 
 import threading
@@ -22,15 +22,15 @@ except ModuleNotFoundError as error:  # machine code compiled ahead needs no com
         raise
     compiler = None
 
-# 'nnan' and 'ninf' are left out on purpose: NaN in must give NaN out, and then an error, never a plausible number.
-# The wrapper for calls from C is left out, since nothing calls it.
+# 'nnan' and 'ninf' are omitted on purpose: NaN in must give NaN out, and then an error, never a plausible number. The wrapper for
+# calls from C is omitted, since nothing calls it.
 _FLAGS: dict[str, Any] = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True,
 }  # fmt: skip
-# Range reduction and compensated sums fail with 'reassoc': with it, sin(1e5) is wrong by 4e-12 instead of 2e-16.
+# Range reduction and compensated sums fail with 'reassoc': the error of sin(1e5) would be 4e-12 instead of 2e-16.
 _EXACT_FLAGS: dict[str, Any] = {**_FLAGS, "fastmath": {"contract", "nsz"}}
-# Kernels allocate nothing, so they need no reference counts, which would cost two atomic operations for each array passed on. A
-# kernel that does allocate is not compiled with this flag.
+# Kernels allocate nothing, so they need no reference counts, which would cost two atomic operations for each array argument. An
+# allocating kernel is not compiled with this flag.
 _NO_REFERENCE_COUNTS: dict[str, Any] = {"_nrt": False}
 _LOW_LATENCY_FLAGS: dict[str, Any] = {**_FLAGS, **_NO_REFERENCE_COUNTS, "nogil": False}
 
@@ -40,7 +40,7 @@ ResultT = TypeVar("ResultT")
 
 
 class Calls(NamedTuple):
-    """The signatures that an entry is called with; one of low latency is compiled for its one signature and for no other."""
+    """The signatures of an entry; one of low latency is compiled for its only signature."""
 
     name: str
     """Its package, module and function, such as ``ulna.kinematics.entries.forward.forward_one``."""
@@ -51,11 +51,11 @@ class Calls(NamedTuple):
 ENTRIES: dict[Any, Calls] = {}
 """Every entry imported so far."""
 _lock = threading.Lock()
-_closed: set[Any] = set()  # entries of low latency that are compiled, and take no other signature
+_closed: set[Any] = set()  # compiled entries of low latency, which accept no other signature
 
 
 class NotCompiledError(RuntimeError):
-    """An entry was called that is not compiled yet, in a thread that may not compile now (``compiling_if``)."""
+    """An entry is not compiled yet, and its thread may not compile now (``compiling_if``)."""
 
 
 class _Permission(threading.local):
@@ -69,10 +69,10 @@ _permission = _Permission()
 
 @contextmanager
 def compiling_if(may: Callable[[], bool]) -> Iterator[None]:
-    """Within it this thread compiles an entry, or loads it from disk, only while ``may()`` is true.
+    """Within the block, this thread compiles an entry, or loads it from disk, only while ``may()`` is true.
 
-    Otherwise the call raises ``NotCompiledError`` at once: it does not wait for another thread that compiles either. Numba
-    compiles one entry at a time, for up to half a minute.
+    Otherwise the call raises ``NotCompiledError`` at once, and does not wait for another compiling thread either. Numba compiles
+    one entry at a time, for up to half a minute.
     """
     before, _permission.may = _permission.may, may
     try:
@@ -89,8 +89,8 @@ def _refuse_unless_permitted(entry: Any) -> None:
 def kernel(function):
     """Mark a formula: inlined wherever it is called, so that tuples of numbers stay in registers.
 
-    Kernels count no references to arrays. So an entry, which does count them, must not get an array from a kernel (a slice of its
-    own, say): it would decref an array that it does not own. Use ``workspace`` for that.
+    Kernels count no references to arrays. So an entry, which does count them, must not get an array from a kernel (a slice, for
+    example): it would decref an array that it does not own. Use ``workspace`` for that.
     """
     return _compiled(function, forceinline=True, **_NO_REFERENCE_COUNTS, **_FLAGS)
 
@@ -104,7 +104,7 @@ def routine(function):
 
 
 def shared_routine(function):
-    """Mark a long routine that is compiled once and called by all entries. A short one would take longer by the call."""
+    """Mark a long routine that is compiled once and called by all entries; short ones cost too much per call."""
     return _compiled(function, once=True, forceinline=False, **_NO_REFERENCE_COUNTS, **_FLAGS)
 
 
@@ -119,10 +119,10 @@ def workspace(function):
 
 
 def entry(*signatures: Signature) -> Callable[[Callable[P, ResultT]], Callable[P, ResultT]]:
-    """Mark a function that Python calls; its machine code is kept on disk.
+    """Mark a function that Python calls; its machine code is stored on disk.
 
     Args:
-        signatures: The types of its arguments, for each way in which it is called.
+        signatures: The types of its arguments, for each way of calling it.
     """
     return lambda function: _entry(function, signatures, _FLAGS)
 
@@ -130,14 +130,14 @@ def entry(*signatures: Signature) -> Callable[[Callable[P, ResultT]], Callable[P
 def low_latency_entry(signature: Signature) -> Callable[[Callable[P, ResultT]], Callable[P, ResultT]]:
     """Mark a function that Python calls for less than a microsecond of work, where the call itself counts.
 
-    It counts no references, so it allocates nothing, and it keeps the interpreter's lock: each of these takes as long as a pose.
-    ``entries.ready`` compiles it for its one signature and for no other, so that arguments of other types raise a ``TypeError``.
+    It counts no references, so it allocates nothing, and it keeps the interpreter's lock: each of these costs as much as a pose.
+    ``entries.ready`` compiles it for its only signature, so arguments of other types raise a ``TypeError``.
     """
     return lambda function: _entry(function, (signature,), _LOW_LATENCY_FLAGS, low_latency=True)
 
 
 def _compile_only(marked: Any, signature: Signature) -> None:
-    """Compile an entry of low latency for its signature, or load it from disk, and let it be compiled for no other."""
+    """Compile an entry of low latency for its signature, or load it from disk, and disable further compilation."""
     if marked in _closed:
         return
     _refuse_unless_permitted(marked)
@@ -161,8 +161,8 @@ def _compiled(function: Callable, *, once: bool = False, **flags: Any) -> Any:
 
 
 def _remember(function: Callable) -> None:
-    """Read the function's file now, so that the cache's key is that of the text which was loaded."""
-    with suppress(OSError):  # a kernel typed into an interpreter or a notebook has no file, and no entry is kept for it
+    """Read the function's file now, so that the cache's key belongs to the loaded text."""
+    with suppress(OSError):  # a kernel typed into an interpreter or a notebook has no file, and no entry is stored for it
         text_of(function.__code__.co_filename)
 
 

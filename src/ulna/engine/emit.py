@@ -3,15 +3,15 @@
 ``python -m ulna.engine.emit ulna FOLDER together``, and ``rest``: the entries that are compiled in one process
 (``Entries.are_together``), and the others.
 
-1. Numba compiles an entry for one signature, for the CPU that ``NUMBA_CPU_NAME`` names, as it does when a program runs.
-2. A second function is added to its optimized module: one with a plain C interface, which takes slots of 8 bytes (``native``).
-3. All else in the module becomes private, and what nothing uses any more is removed: Numba's own wrapper, which needs Python. The
-   texts of Numba's errors are cleared: nothing reads them, and they have paths of the machine that builds.
-4. LLVM writes the module as an object file, position-independent. It does not optimize again: the arithmetic is that of step 1.
-5. So it does with the routines that entries share (``shared``), each once.
+1. Numba compiles an entry for one signature, for the CPU that ``NUMBA_CPU_NAME`` names, as it does in a running program.
+2. A second function is added to its optimized module, with a plain C interface of 8-byte slots (``native``).
+3. Everything else in the module becomes private, and unused parts are removed: Numba's own wrapper, which needs Python. The texts
+   of Numba's errors are cleared: nothing reads them, and they contain paths of the building machine.
+4. LLVM writes the module as a position-independent object file. It does not optimize again: the arithmetic is that of step 1.
+5. The same is done with the routines that entries share (``shared``), each once.
 
-The index of what was written goes to ``together.json`` and ``rest.json``: for each entry its result, whether it releases the
-interpreter's lock, and the symbol, the signature and the object files of each of its compilations.
+The index of the output goes to ``together.json`` and ``rest.json``. It contains for each entry its result, whether it releases
+the interpreter's lock, and the symbol, signature and object files of each of its compilations.
 """
 
 import hashlib
@@ -38,12 +38,12 @@ from ulna.engine.signatures import Signature, text_of_signature
 from ulna.engine.sources import sources_hash, text_of
 from ulna.errors import UlnaError
 
-_settings: Any = config  # its names are made when it is loaded
+_settings: Any = config  # its names are created at load time
 _CPU, _FEATURES = _settings.CPU_NAME or "", _settings.CPU_FEATURES or ""
 
 
 def write_objects(entries: Entries, folder: Path, part: str) -> None:
-    """Write an object file for each signature of each entry of a part, and the index. Files that are there are kept."""
+    """Write an object file for each signature of each entry of a part, and the index; existing files are kept."""
     if not have(AHEAD, CODE):
         raise UlnaError(f"no wheel can be built with this version of Numba, which lacks {', '.join(missing_of(AHEAD, CODE))}")
     folder.mkdir(parents=True, exist_ok=True)
@@ -53,9 +53,9 @@ def write_objects(entries: Entries, folder: Path, part: str) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file beside its place, then rename it to it: it is there as a whole or not at all.
+    """Write a temporary file and rename it, so that the file is complete or absent.
 
-    What is left over where the process is killed ends in ``.part``.
+    A killed process leaves a file that ends in ``.part``.
     """
     handle, beside = tempfile.mkstemp(prefix=path.name, suffix=".part", dir=path.parent)
     try:
@@ -70,8 +70,8 @@ def write_whole(path: Path, content: bytes) -> None:
 def _write_entry(entries: Entries, name: str, folder: Path) -> dict[str, Any]:
     marked = entries.marked(name)
     for dispatcher in (marked, *DISPATCHERS):
-        dispatcher._cache = NullCache()  # noqa: SLF001 - as engine.compiler sets it: what is loaded from disk has no module any more
-        dispatcher.targetctx.refresh()  # as the cache does: Numba's own functions are then found in the same order
+        dispatcher._cache = NullCache()  # noqa: SLF001 - as engine.compiler sets it: code loaded from disk has no module
+        dispatcher.targetctx.refresh()  # as the cache does: keeps the order of Numba's own functions
     calls, overloads, results = ENTRIES[marked], [], set()
     hashed = sources_hash(marked.py_func.__code__.co_filename)
     for k, signature in enumerate(calls.signatures):
@@ -87,11 +87,11 @@ def _write_entry(entries: Entries, name: str, folder: Path) -> dict[str, Any]:
 
 
 def _write_overload(marked: Any, signature: Signature, symbol: str, folder: Path) -> dict[str, Any]:
-    """Write the object files of an entry for one signature: its own, and those of the routines that it shares."""
+    """Write the object files of an entry for one signature: its own, and those of its shared routines."""
     types = numba_types(signature)
     marked.compile(types)
     compiled = marked.overloads[types]
-    module = compiled.library._final_module.clone()  # noqa: SLF001 - what Numba gives to LLVM
+    module = compiled.library._final_module.clone()  # noqa: SLF001 - Numba's input to LLVM
     module.link_in(llvm.parse_assembly(str(plain_module(compiled, symbol, module.triple))))
     own = f"{symbol}-{sources_hash(marked.py_func.__code__.co_filename)}-{_own_hash()}.o"
     write_whole(folder / own, _object_code(module, symbol))
@@ -111,7 +111,7 @@ def _called(module: llvm.ModuleRef) -> list[Shared]:
 
 
 def _write_shared(shared: Shared, folder: Path) -> str:
-    """Write the object file of a shared routine, unless it is there; its name."""
+    """Write the object file of a shared routine, unless it exists; returns its name."""
     name = f"{shared.symbol}-{_own_hash()}.o"
     if not (folder / name).exists():
         write_whole(folder / name, _object_code(_module_of(shared), shared.symbol))
@@ -119,7 +119,7 @@ def _write_shared(shared: Shared, folder: Path) -> str:
 
 
 def _module_of(shared: Shared) -> llvm.ModuleRef:
-    """A copy of what a shared routine was compiled to, where it has the name that its callers use."""
+    """A copy of a shared routine's module, with the symbol that its callers use."""
     module = shared.compiled.library._final_module.clone()  # noqa: SLF001 - as above
     function = module.get_function(shared.compiled.fndesc.llvm_func_name)
     function.name, function.visibility = shared.symbol, "hidden"
@@ -128,7 +128,7 @@ def _module_of(shared: Shared) -> llvm.ModuleRef:
 
 @cache
 def _own_hash() -> str:
-    """Of what makes an object file of a compiled entry, for which CPU, with which compiler."""
+    """Hash of the modules that write object files, the CPU, and the compiler."""
     own = text_of(__file__) + text_of(str(Path(__file__).with_name("native.py"))) + str(_CPU).encode()
     return f"{hashlib.sha256(own).hexdigest()[:16]}-{compiler_hash()}"
 
@@ -138,7 +138,7 @@ _PICKLED = re.compile(r'^(@\.const\.pickledata\.\w+(?:\.sha1)? = [^"\n]*\] )c"[^
 
 
 def _object_code(module: llvm.ModuleRef, symbol: str) -> bytes:
-    """The object code of a module; all but one of its functions become private, and those that are not used are removed."""
+    """The object code of a module; all functions but one become private, and unused ones are removed."""
     module = llvm.parse_assembly(_PICKLED.sub(r"\1zeroinitializer", str(module)))
     for function in module.functions:
         if not function.is_declaration and function.name != symbol:

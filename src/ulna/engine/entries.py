@@ -1,9 +1,9 @@
-"""Provides entries: machine code of a wheel where it brings some, else what Numba compiles.
+"""Provides entries: machine code of a wheel if it contains some, otherwise code that Numba compiles.
 
 An entry is a function that Python calls. It owns its workspaces and runs kernels over a batch, eight problems at a time. The
 entries of a room are in its package ``entries``. A caller imports a module of it and calls the function: ``from
 ulna.kinematics.entries import forward``, then ``forward.forward_batch(chain, q, out)``. The import loads nothing. The module,
-with its kernels and the compiler, is loaded when the function is first used, and not at all where it was compiled ahead.
+with its kernels and the compiler, is loaded at the function's first use, and not at all if it was compiled ahead.
 """
 
 import importlib
@@ -22,7 +22,7 @@ EntryT = TypeVar("EntryT")
 
 
 def ready(entry: EntryT) -> EntryT:
-    """An entry, its machine code there: one of low latency is compiled now, or loaded from disk, for its one signature."""
+    """Return an entry with its machine code; one of low latency is compiled now, or loaded from disk."""
     compile_now = getattr(entry, "compile_now", None)
     if compile_now is not None:
         compile_now()
@@ -30,10 +30,10 @@ def ready(entry: EntryT) -> EntryT:
 
 
 def modules_of(package: str) -> Callable[[str], ModuleType]:
-    """The ``__getattr__`` of a package of entries: it makes a stand-in for a module, of which nothing is loaded yet.
+    """The ``__getattr__`` of a package of entries: it makes a stand-in for a module, without loading it.
 
-    A name is looked up by ``_taken`` when it is first used. Then it is an attribute of the stand-in, a plain module, so that it
-    is found there as fast as in any.
+    ``_resolve`` looks a name up at its first use. Afterwards it is an attribute of the stand-in, a plain module, so access is as
+    fast as in any module.
     """
 
     def module(name: str) -> ModuleType:
@@ -41,7 +41,7 @@ def modules_of(package: str) -> Callable[[str], ModuleType]:
         if name.startswith("__") or find_spec(path) is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         stand_in = ModuleType(path)
-        stand_in.__getattr__ = partial(_taken, stand_in)  # type: ignore[method-assign] - of modules it is looked up in the instance
+        stand_in.__getattr__ = partial(_resolve, stand_in)  # type: ignore[method-assign] - of modules it is looked up in the instance
         return stand_in
 
     return module
@@ -49,7 +49,7 @@ def modules_of(package: str) -> Callable[[str], ModuleType]:
 
 @dataclass(frozen=True)
 class Entries:
-    """The entries of all rooms of a package, those in its packages ``entries``.
+    """The entries of all rooms of a package, in their packages ``entries``.
 
     An entry's name is its module in the package and its function, such as ``"kinematics.entries.forward.forward_one"``.
     """
@@ -85,7 +85,7 @@ class Entries:
         return [calls.name.removeprefix(within) for calls in ENTRIES.values() if calls.name.startswith(within)]
 
     def modules(self) -> list[str]:
-        """The modules of all packages ``entries``, by their whole names."""
+        """The modules of all packages ``entries``, by their full names."""
         folder = Path(str(importlib.import_module(self.package).__file__)).parent
         files = (file.relative_to(folder.parent) for file in sorted(folder.rglob("entries/*.py")))
         return [".".join(file.with_suffix("").parts) for file in files if file.stem != "__init__"]
@@ -96,14 +96,14 @@ class Entries:
         return getattr(importlib.import_module(room), "COMPILED_TOGETHER", False)
 
 
-def _taken(stand_in: ModuleType, name: str) -> Any:
-    """What is taken from a stand-in for a module: an entry compiled ahead, else what the module has, which is loaded for it.
+def _resolve(stand_in: ModuleType, name: str) -> Any:
+    """Resolve a name of a stand-in: an entry compiled ahead, otherwise the attribute of the module, which is loaded.
 
     Raises:
-        AttributeError: The module has nothing of this name.
+        AttributeError: The module has no such name.
         UlnaError: The wheel's machine code cannot be used, or neither machine code nor Numba is installed.
     """
-    if name.startswith("__"):  # what tools look for in any module
+    if name.startswith("__"):  # tools look these up in any module
         raise AttributeError(f"module {stand_in.__name__!r} has no attribute {name!r}")
     found = ahead_entry(stand_in.__name__, name)
     if found is None:

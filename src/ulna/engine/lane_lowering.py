@@ -1,4 +1,4 @@
-"""Teaches Numba the operations of ``lanes``: their typing rules and their LLVM code.
+"""Registers the operations of ``lanes`` with Numba: their typing rules and their LLVM code.
 
 Operations on vectors have no fast-math flags of their own: Numba adds those of the function that contains them.
 """
@@ -68,7 +68,7 @@ def _llvm_unary(name):
 
 
 def _emit_rint(context, builder, sig, args):
-    """LLVM's own, but for CUDA, whose compiler has no ``llvm.rint``: there the function of its library, with the same result."""
+    """Emit LLVM's ``rint``, except for CUDA, whose compiler lacks it: its library function gives the same result."""
     if builder.module.triple.startswith("nvptx"):
         return _call(builder, "__nv_rint", F64, context.cast(builder, args[0], sig.args[0], types.float64))
     return _llvm_unary("rint")(context, builder, sig, args)
@@ -106,7 +106,7 @@ def _emit_splat(context, builder, sig, args):
 
 
 def _row_pointer(context, builder, array_type, array, index_type, index):
-    """Pointer to row ``index``: rows lie one after the other, WIDTH doubles each if they are lanes."""
+    """Pointer to row ``index``: rows are contiguous, WIDTH doubles each for lanes."""
     index = context.cast(builder, index, index_type, types.intp)
     data = context.make_array(array_type)(context, builder, array).data
     if array_type.ndim == 1:

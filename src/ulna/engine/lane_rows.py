@@ -1,11 +1,11 @@
-"""Compiles the making of rows of lanes, and loads and stores of eight columns of a batch as lanes.
+"""Compiles the creation of rows of lanes, and loads and stores of eight columns of a batch as lanes.
 
-A row fills a cache line of 64 bytes. NumPy's and Numba's own arrays begin at multiples of 16 or 32 bytes: a row may then lie
-across two lines, and each load and each store of it touches both.
+A row fills a cache line of 64 bytes. NumPy's and Numba's own arrays begin at multiples of 16 or 32 bytes: a row may then span two
+lines, and each load and each store of it touches both.
 
-Eight rows of eight numbers are transposed in registers, where number by number there would be 64 loads and 64 stores. This has
-three steps: an exchange of halves (four of the eight numbers), of quarters, and of neighbors. Halves need no instruction of
-their own, since they are loaded and stored one by one: two steps of eight shuffles are left.
+Eight rows of eight numbers are transposed in registers, which avoids 64 loads and 64 stores of single numbers. This has three
+steps: an exchange of halves (four of the eight numbers), of quarters, and of neighbors. Halves need no instruction of their own,
+since they are loaded and stored separately. Two steps of eight shuffles remain.
 """
 
 import numpy as np
@@ -63,7 +63,10 @@ else:
 
 
 def _halves_of_rows(context, builder, array_type, array, index_types, indices, *, beyond_is_last):
-    """Pointers to both halves of columns k to k + 7 of rows i to i + 7; a row has the items of all axes but the first."""
+    """Pointers to both halves of eight columns from k on, of eight rows from i on.
+
+    The axes after the first form a row.
+    """
     i, k = (context.cast(builder, index, kind, types.intp) for index, kind in zip(indices, index_types, strict=True))
     array = context.make_array(array_type)(context, builder, array)
     n, *lengths = cgutils.unpack_tuple(builder, array.shape, array_type.ndim)

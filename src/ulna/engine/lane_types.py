@@ -1,7 +1,7 @@
-"""Defines ``f64x8`` for Numba: eight float64 in the LLVM vector ``<8 x double>``, and its operators, which a float64 already has.
+"""Defines ``f64x8`` for Numba: eight float64 in the LLVM vector ``<8 x double>``, with the operators of a float64.
 
-With ``+ - * /``, comparisons and the operations of ``lanes`` defined for it, the same Python function that does scalar arithmetic
-compiles to AVX-512, AVX2, SSE2 or NEON code for eight problems at a time, with no intrinsics in the algorithm.
+With ``+ - * /``, comparisons and the operations of ``lanes`` defined for it, a Python function of scalar arithmetic compiles to
+AVX-512, AVX2, SSE2 or NEON code. It solves eight problems at a time, with no intrinsics in the algorithm.
 """
 
 import operator
@@ -27,7 +27,7 @@ class Lanes(types.Type):
 
 
 class LaneMask(types.Type):
-    """Eight truth values: what a comparison of lanes gives."""
+    """Eight booleans: the result of comparing lanes."""
 
     def __init__(self):
         super().__init__(name=f"i1x{WIDTH}")
@@ -51,7 +51,7 @@ class _LaneMaskModel(models.PrimitiveModel):
 @box(Lanes)
 @box(LaneMask)
 def _box(kind, value, context):
-    """Lanes are no object of Python: a function that returns them can be called by compiled code alone."""
+    """Refuse conversion: Python has no lanes, so only compiled code can call a function that returns them."""
     context.pyapi.err_set_string("PyExc_TypeError", "a number of lanes is for compiled code alone")
     return cgutils.get_null_value(context.pyapi.pyobj)
 
@@ -71,7 +71,7 @@ def number_type(*args):
 
 
 def cast(context, builder, value, from_type, to_type):
-    """Any number as the given one; a scalar fills every lane."""
+    """Convert a number to another type; a scalar fills every lane."""
     if from_type == to_type:
         return value
     scalar = context.cast(builder, value, from_type, types.float64)
@@ -83,7 +83,7 @@ def cast(context, builder, value, from_type, to_type):
 
 
 def _operator(op, emit, accepts, result):
-    """Teach Numba an operator for arguments of which at least one is of lanes."""
+    """Register an operator with Numba for arguments of which at least one is of lanes."""
 
     @type_callable(op)
     def _typing(context):

@@ -1,6 +1,6 @@
-"""The operations on a number that may be eight numbers, in which every kernel is written.
+"""Defines the operations on a number or on eight numbers at once, in which every kernel is written.
 
-Each is a plain function of NumPy, which runs as it is without the compiler (``NUMBA_DISABLE_JIT=1``). Compiled, it is an
+Each is a plain function of NumPy, which runs unchanged without the compiler (``NUMBA_DISABLE_JIT=1``). Compiled, it is an
 operation on a float64, or on the vector ``f64x8`` (``lane_types``, ``lane_lowering``). Kernels call these instead of ``math.*``,
 which refuses arrays. Besides these a number has ``+ - * /``, ``abs`` and comparisons, and a mask has ``&``, ``|`` and ``^``.
 """
@@ -8,7 +8,7 @@ which refuses arrays. Besides these a number has ``+ - * /``, ``abs`` and compar
 import numpy as np
 
 WIDTH = 8
-"""How many problems a number of lanes holds."""
+"""The number of problems in a number of lanes."""
 
 
 def sqrt(x):
@@ -32,32 +32,32 @@ def logical_not(mask):
 
 
 def any_lane(mask):
-    """True if any lane of the mask is: a plain bool, fit for ``if``."""
+    """Whether any lane of the mask is true: a plain bool, fit for ``if``."""
     return bool(np.any(mask))
 
 
 def lane_bits(mask):
-    """The mask as a whole number: bit k is lane k. For a search in which eight children are tested at once."""
+    """The mask as an integer: bit k is lane k. For a search that tests eight children at once."""
     return int(np.sum(np.asarray(mask, dtype=np.int64) << np.arange(np.size(mask))))
 
 
 def lowest_bit(bits):
-    """The place of the lowest bit that is set in a whole number above zero."""
+    """The index of the lowest set bit of an integer above zero."""
     return (bits & -bits).bit_length() - 1
 
 
 def splat(x, like):
-    """The plain number x as a number of the kind of ``like``."""
+    """Convert the plain number x to the type of ``like``."""
     return np.full(np.shape(like), x, dtype=np.float64)[()]
 
 
 def empty_rows(n):
-    """n rows of lanes, shape (n, 8), n not negative, with any values. Compiled, each row begins at a multiple of its 64 bytes."""
+    """n uninitialized rows of lanes, shape (n, 8), n >= 0. Compiled, each row is aligned to its 64 bytes."""
     return np.empty((n, WIDTH))
 
 
 def zero_rows(n):
-    """n rows of lanes as of ``empty_rows``, filled with zeros."""
+    """n rows of lanes like those of ``empty_rows``, filled with zeros."""
     return np.zeros((n, WIDTH))
 
 
@@ -72,7 +72,7 @@ def store(rows, i, x):
 
 
 def lane_count(x):
-    """How many problems a number holds: 1 for a plain one."""
+    """The number of problems in a number: 1 for a plain one."""
     return np.size(x)
 
 
@@ -89,10 +89,10 @@ def with_lane(x, lane, y):
 
 
 def load_columns(array, i, k):
-    """Columns k to k + 7 of an array: eight numbers, whose lanes are rows i to i + 7. A row past the last one is the last one.
+    """Load eight columns of an array from k on as numbers, whose lanes are eight rows from i on.
 
-    The array has two or more axes and at least one row; a row is all that follows the first axis. Columns past the end of a row
-    are the next row's. No column past the end of the last row may be asked for.
+    A row past the last one is the last one. The array has two or more axes and at least one row; the axes after the first form a
+    row. Columns past the end of a row belong to the next row. No column past the end of the last row may be requested.
     """
     flat, n = array.reshape(-1), array.shape[0]
     starts = [min(i + lane, n - 1) * (array.size // n) + k for lane in range(WIDTH)]
@@ -100,7 +100,7 @@ def load_columns(array, i, k):
 
 
 def store_columns(array, i, k, numbers):
-    """Write eight numbers to columns k to k + 7 of an array, their lanes to rows i to i + 7, all of which it must have."""
+    """Write numbers to eight columns of an array from k on, their lanes to eight existing rows from i on."""
     flat, columns = array.reshape(-1), array.size // array.shape[0]
     for lane, run in enumerate(np.array(numbers).T):
         start = (i + lane) * columns + k

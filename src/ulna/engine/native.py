@@ -1,8 +1,9 @@
 """Gives compiled entries a plain C interface, by which the extension calls them, in this process or from a wheel.
 
-Numba passes an array as seven and more arguments, by rules of its own. Here it is ``int32 f(int64 *slots, int64 *result)``: each
-argument takes slots of 8 bytes, one after the other: a number one, an array its address and its shape, None none, a tuple
-those of its parts. All arrays are C-contiguous, so their strides follow. What is returned is nonzero if there was no memory.
+Numba passes an array as seven or more arguments, by rules of its own. Here the interface is ``int32 f(int64 *slots, int64
+*result)``. The arguments occupy consecutive slots of 8 bytes: a number one, an array its address and its shape, None none, a
+tuple those of its parts. All arrays are C-contiguous, so their strides follow. A nonzero return value means that memory was
+exhausted.
 """
 
 from collections.abc import Iterator
@@ -25,12 +26,12 @@ _RESULTS = {types.boolean: "b", types.int64: "i", types.none: "-"}
 
 
 def result_code(compiled: Any) -> str:
-    """What an entry returns: b for True or False, i for a whole number, - for None."""
+    """The result type of an entry: b for True or False, i for an integer, - for None."""
     return _RESULTS[types.unliteral(compiled.signature.return_type)]
 
 
 def plain_module(compiled: Any, symbol: str, triple: str, address: int | None = None) -> ir.Module:
-    """A module with the function ``symbol``, which calls a compiled entry: by its name, or at an address if one is given."""
+    """A module with the function ``symbol``, which calls a compiled entry by name, or at an address if given."""
     context, signature = compiled.target_context, compiled.signature
     module = ir.Module(symbol)
     module.triple = triple
@@ -55,7 +56,7 @@ def plain_module(compiled: Any, symbol: str, triple: str, address: int | None = 
 
 
 def _argument(context: Any, builder: Any, kind: types.Type, places: Iterator[Any]) -> Any:
-    """An argument as Numba has it, read from its slots."""
+    """An argument in Numba's form, read from its slots."""
     if isinstance(kind, types.BaseTuple):
         return context.make_tuple(builder, kind, [_argument(context, builder, part, places) for part in kind.types])  # pyright: ignore[reportAttributeAccessIssue] - of every tuple
     if kind == types.none:
@@ -83,7 +84,7 @@ def _array(context: Any, builder: Any, kind: types.Array, places: Iterator[Any])
 
 
 def native_entry(entry: Any, leading: tuple, calls: Any) -> Any:
-    """The extension's entry for these arguments, compiled if it is not yet. None if no signature takes them.
+    """The extension's entry for these arguments, compiled if needed; None if no signature fits them.
 
     Raises:
         NotCompiledError: It is not compiled yet, and this thread may not compile now.
@@ -96,7 +97,7 @@ def native_entry(entry: Any, leading: tuple, calls: Any) -> Any:
 
 
 def compiled_for(entry: Any, signature: Signature) -> Any:
-    """What Numba has compiled of an entry for a signature, now if it is not yet.
+    """Numba's compilation of an entry for a signature, compiled if needed.
 
     Raises:
         NotCompiledError: It is not compiled yet, and this thread may not compile now.
@@ -115,11 +116,11 @@ def _entry(entry: Any, signature: Signature, calls: Any) -> Any:
     return calls.make_entry(of_entry.name, overloads, result_code(compiled), not of_entry.low_latency)
 
 
-_engines: list[Any] = []  # what holds the wrappers' machine code, for as long as the process runs
+_engines: list[Any] = []  # they hold the wrappers' machine code for the life of the process
 
 
 def _address(compiled: Any, symbol: str) -> int:
-    """The address of a plain wrapper (``plain``) about what Numba has compiled."""
+    """The address of a plain wrapper (``plain``) around Numba's compilation."""
     code = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
     triple = llvm.get_process_triple()
     module = llvm.parse_assembly(str(plain_module(compiled, symbol, triple, code)))

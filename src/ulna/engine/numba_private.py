@@ -1,23 +1,23 @@
-"""Lists the private names of Numba that the engine uses, each with what it is for, and finds which of them are missing.
+"""Lists the private names of Numba that the engine uses, with their purposes, and finds missing ones.
 
-Numba promises ``njit`` with its documented options, and ``numba.extending``. All else may change in any version. It is imported
-here and nowhere else, in groups: where a name of a group is missing, the engine does without the whole group.
+Numba guarantees ``njit`` with its documented options, and ``numba.extending``. Everything else may change in any version. It is
+imported only here, in groups: if a name of a group is missing, the engine does not use the whole group.
 
 ========== ===========================================================================================================
 group      without it
 ========== ===========================================================================================================
-PASSES     Numba runs all of its passes: compiling takes longer
-MEMORY     Numba finds the types of each operator anew: compiling takes longer
-CODE       Numba's own pipeline, by the documented options alone: compiling takes several times as long, and a result may
-           differ in its last bits, for each kernel is optimized alone before it is copied into its callers
-CACHE      machine code is not kept on disk: every process compiles
-PERMISSION a thread that may not compile now (``compiling_if``) waits until an entry is compiled
-ROWS       rows of lanes begin at any multiple of 16 bytes: a call takes longer
-AHEAD      no wheel is built, and no compiled entry is called in C
+PASSES     Numba runs all of its passes: compiling takes longer.
+MEMORY     Numba resolves the types of each operator again: compiling takes longer.
+CODE       Numba's own pipeline, with the documented options alone: compiling takes several times as long. Results may
+           differ in their last bits, since each kernel is optimized alone before it is inlined.
+CACHE      machine code is not stored on disk: every process compiles.
+PERMISSION a thread that may not compile now (``compiling_if``) waits until an entry is compiled.
+ROWS       rows of lanes begin at any multiple of 16 bytes: a call takes longer.
+AHEAD      no wheel is built, and no compiled entry is called in C.
 ========== ===========================================================================================================
 
-A name may be there and mean something else. So with a version of Numba that was not tested, ``compiler`` compiles a small entry
-first, and turns ``CODE``, ``PASSES`` and ``MEMORY`` off if that fails, and then ``CACHE``.
+A name may exist and have another meaning. So with an untested version of Numba, ``compiler`` compiles a small entry first. If
+that fails, it turns ``CODE``, ``PASSES`` and ``MEMORY`` off, and then ``CACHE``.
 """
 
 import warnings
@@ -44,7 +44,7 @@ _LOST = {
 }
 
 LISTED: dict[str, str] = {}
-"""What each of the names is for."""
+"""The purpose of each name."""
 _missing: dict[str, list[str]] = {}
 """By group: the names that are missing, or why it is turned off."""
 
@@ -55,7 +55,7 @@ def have(*groups: str) -> bool:
 
 
 def missing_of(*groups: str) -> list[str]:
-    """The names that some groups lack, or why these are turned off."""
+    """The missing names of some groups, or the reasons why these are turned off."""
     return sorted({name for group in groups for name in _missing.get(group, ())})
 
 
@@ -65,7 +65,7 @@ def turned_off() -> tuple[str, ...]:
 
 
 def turn_off(groups: Iterable[str], why: str) -> None:
-    """Do without some groups."""
+    """Disable some groups."""
     for group in groups:
         _missing.setdefault(group, []).append(why)
 
@@ -77,7 +77,7 @@ def is_tested() -> bool:
 
 
 def warn_of_missing() -> None:
-    """Say once which names are missing and what is lost.
+    """Warn once of the missing names and their consequences.
 
     Warns:
         CompilerWarning: A group is not used.
@@ -88,7 +88,7 @@ def warn_of_missing() -> None:
     lost = "; ".join(dict.fromkeys(_LOST[group] for group in _LOST if group in _missing))
     message = (
         f"Numba {numba.__version__} differs from the versions that were tested, {TESTED[0]} to {TESTED[1]}: {', '.join(names)}. "
-        f'What is lost: {lost}. pip install "numba>={TESTED[0]},<={TESTED[1]}" has it again'
+        f'Consequence: {lost}. pip install "numba>={TESTED[0]},<={TESTED[1]}" restores it'
     )
     warnings.warn(CompilerWarning(message, tuple(names)), stacklevel=2)
 
@@ -98,11 +98,11 @@ def _numbers(version: str) -> tuple[int, ...]:
 
 
 class Missing:
-    """Stands for a class of Numba's that is missing. What is derived from it is not used."""
+    """Placeholder for a missing class of Numba's; classes derived from it are not used."""
 
 
 def _private(groups: str | tuple[str, ...], path: str, purpose: str) -> Any:
-    """What a module has under a name; ``Missing``, and noted, where it has not."""
+    """The object with a name in a module; if it is missing, record that and return ``Missing``."""
     LISTED[path] = purpose
     module, _, name = path.rpartition(".")
     try:
@@ -113,7 +113,7 @@ def _private(groups: str | tuple[str, ...], path: str, purpose: str) -> Any:
 
 
 def _attribute(groups: str | tuple[str, ...], owner: Any, name: str, purpose: str) -> None:
-    """Note an attribute that a class, or an object or its class, does not have. Nothing where the class itself is missing."""
+    """Record an attribute that a class, or an object and its class, lacks; does nothing for a missing class."""
     if owner is Missing:
         return
     kind = owner if isinstance(owner, type) else type(owner)
@@ -128,10 +128,10 @@ def _note(groups: str | tuple[str, ...], path: str) -> None:
 
 
 def _sample(make: Callable[[], Any], *needed: Any) -> Any:
-    """An object whose attributes are looked at; ``Missing`` where what it is made of is, or it cannot be made."""
+    """An object whose attributes are checked; ``Missing`` if it cannot be made."""
     try:
         return Missing if Missing in needed else make()
-    except Exception:  # noqa: BLE001 - another constructor: then the small entry fails, and says why
+    except Exception:  # noqa: BLE001 - another constructor: then the small entry fails, and gives the reason
         return Missing
 
 
@@ -161,7 +161,7 @@ _manager = _sample(lambda: PassManager("ulna"), PassManager)
 _files = _sample(lambda: IndexDataCacheFile("", "ulna", None), IndexDataCacheFile)
 _dispatcher = njit(lambda: None)
 
-# ---- the passes, in the order in which they run ----
+# ---- the passes, in execution order ----
 
 _UNTYPED, _TYPED = "numba.core.untyped_passes", "numba.core.typed_passes"
 _PRUNE = _private(PASSES, f"{_UNTYPED}.DeadBranchPrune", "removes what is not reached where an argument is None")

@@ -1,21 +1,21 @@
-"""Chooses the passes of Numba that a function of ours needs; makes its library, with machine code or without; aligns stacks.
+"""Selects Numba's passes for our functions, makes their libraries with or without machine code, and aligns stacks.
 
-Numba runs some thirty passes over a function. Half of them are for what kernels and entries do not have: closures and
+Numba runs about thirty passes over a function. Half of them handle features that kernels and entries do not have: closures and
 comprehensions, ``with``, ``literal_unroll``, expressions of whole arrays. They took a tenth of the time of compiling. Numba also
 measures each pass and reports it to listeners, which took almost as long.
 
-For every ``a * b`` Numba tries the templates of ``*`` one after the other, many of which are for arrays, strings or sets: when it
-types the expression, and again when it lowers it. Our kernels have thousands of such expressions and few types of operands, so
-here each is resolved once in a process.
+For every ``a * b`` Numba tries the templates of ``*`` in turn, many of which are for arrays, strings or sets. It does so when it
+types the expression, and again when it lowers it. Our kernels have thousands of such expressions and few types of operands. So
+here each is resolved once per process.
 
-Numba also optimizes every function that it compiles, with a copy of all that this calls, and makes machine code of it. Most of
-ours are then copied into their callers, and optimized there once more, at each level. Here each is translated, and made short by
-itself. An entry, or a shared routine, takes all that it calls, directly or through others, each once; LLVM optimizes the whole
-from the bottom up.
+Numba also optimizes every function that it compiles, with a copy of all its callees, and generates machine code for it. Most of
+ours are then inlined into their callers, and optimized there once more, at each level. Here each is only translated and
+simplified by itself. An entry, or a shared routine, takes all its callees, direct and indirect, each once; LLVM optimizes the
+whole from the bottom up.
 
-A kernel needs more vectors than there are registers, so some wait on the stack. A function finds the stack aligned to 16 bytes,
-and LLVM aligns what waits there no further. Then a vector of 64 bytes lies across two cache lines, or not, as the callers' frames
-happen to be: a call took up to a tenth longer in one process than in the next.
+A kernel needs more vectors than there are registers, so some are spilled to the stack. A function finds the stack aligned to 16
+bytes, and LLVM aligns spilled vectors no further. Then a vector of 64 bytes may span two cache lines, depending on the callers'
+frames: a call took up to a tenth longer in one process than in the next.
 """
 
 import operator
@@ -41,9 +41,9 @@ _VECTOR_BYTES = 8 * WIDTH
 
 
 class _Passes(PassManager):
-    """Runs the passes one after the other: it measures nothing, reports nothing and prints nothing."""
+    """Runs the passes in turn, without measurements, reports and output."""
 
-    def _runPass(self, index: int, pss: Any, internal_state: Any) -> None:  # noqa: ARG002, N802  # pyright: ignore - it is Numba's own
+    def _runPass(self, index: int, pss: Any, internal_state: Any) -> None:  # noqa: ARG002, N802  # pyright: ignore - Numba's own
         pss.analysis = self._analysis
         pss.run_initialization(internal_state)
         pss.run_pass(internal_state)
@@ -51,10 +51,10 @@ class _Passes(PassManager):
 
 
 class _TypingContext:
-    """Numba's typing context, with a memory of what it resolved.
+    """Numba's typing context with a memory of resolved types.
 
-    Remembered is what depends on the types alone. A function that Numba writes in Python, such as ``max``, depends on the flags
-    of its caller too: it is compiled with them.
+    It remembers only what depends on the types alone. A function that Numba writes in Python, such as ``max``, also depends on
+    the flags of its caller: it is compiled with them.
     """
 
     def __init__(self, context: Any) -> None:
@@ -64,11 +64,11 @@ class _TypingContext:
         return getattr(self._context, name)
 
     def resolve_value_type(self, value: Any) -> Any:
-        """The type of a value, as Numba finds it. That of an operator resolves its calls with this memory."""
+        """The type of a value, as Numba finds it. The type of an operator resolves its calls with this memory."""
         if type(value) is not BuiltinFunctionType or value.__module__ != "_operator":
             return self._context.resolve_value_type(value)
         if value not in self._operators:
-            self._operators[value] = _Operator.made(self._context.resolve_value_type(value), self)
+            self._operators[value] = _Operator.from_numba(self._context.resolve_value_type(value), self)
         return self._operators[value]
 
     def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
@@ -90,14 +90,14 @@ class _TypingContext:
 
 
 class _Operator(FunctionType):
-    """The type of an operator, as Numba has it but for the memory."""
+    """The type of an operator, as in Numba, with the memory."""
 
     function: Any
     context: _TypingContext
 
     @classmethod
-    def made(cls, function: Any, context: _TypingContext) -> Any:
-        """From Numba's own. It is made past the types' ``__call__``, which makes equal types once."""
+    def from_numba(cls, function: Any, context: _TypingContext) -> Any:
+        """Convert Numba's own type, bypassing the types' ``__call__``, which would unify equal types."""
         of: Any = object.__new__(cls)
         of.__dict__.update(function.__dict__, function=function, context=context)
         return of
@@ -113,20 +113,20 @@ class AlignedStackLibrary(JITCodeLibrary):
     """A library whose functions align their part of the stack."""
 
     def add_ir_module(self, ir_module: Any) -> None:
-        """Add a module that Numba has written, with the alignment asked for."""
+        """Add a module that Numba has written, with the required alignment."""
         for function in ir_module.functions:
             if not function.is_declaration:
                 function.attributes.alignstack = _VECTOR_BYTES
-                # llvmlite writes the alignment only where this set has a member. This one adds unwind tables and no instruction.
+                # llvmlite writes the alignment only if this set has a member. This one adds unwind tables and no instruction.
                 function.attributes.add("uwtable")
         super().add_ir_module(ir_module)
 
 
 class IRLibrary(AlignedStackLibrary):
-    """A library that has only LLVM's intermediate representation of its own function, and the libraries of what that calls."""
+    """A library with LLVM's intermediate representation of its own function only, and its callees' libraries."""
 
     def finalize(self) -> None:
-        """Keep it as it is."""
+        """Finish without optimization and machine code."""
         self._raise_if_finalized()
         for library in self._linking_libraries:
             self._reload_init.update(library._reload_init)  # noqa: SLF001 - Numba's own name for what a caller inherits
@@ -138,19 +138,19 @@ class IRLibrary(AlignedStackLibrary):
         return super()._get_module_for_linking()
 
     def _get_module_for_linking(self) -> Any:
-        """A module of its own function and all that it calls, to be linked into a library of Numba's own."""
+        """A module of its own function and all callees, to be linked into a library of Numba's own."""
         module = self.own_module().clone()
         for library in _with_callees(self._linking_libraries):
-            module.link_in(_Own(library)._get_module_for_linking(), preserve=True)  # noqa: SLF001 - as below
+            module.link_in(_LibraryView(library)._get_module_for_linking(), preserve=True)  # noqa: SLF001 - as below
         return module
 
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002 - Numba's signature
-        """0: there is no machine code."""
+        """Return 0: there is no machine code."""
         return 0
 
     @property
     def codegen(self) -> Any:
-        """What Numba tells where the environment of the function is, which only its call from Python needs."""
+        """A stub that ignores the environment of the function, which only calls from Python need."""
         return _NoEnvironments
 
 
@@ -161,16 +161,16 @@ class _NoEnvironments:
 
 
 class WholeLibrary(AlignedStackLibrary):
-    """A library of machine code: of a function and of all that it calls, optimized at once."""
+    """A library of machine code: of a function and all callees, optimized together."""
 
     def finalize(self) -> None:
-        """Take what is called, optimize, and make machine code."""
-        self._linking_libraries = list(map(_Own, _with_callees(self._linking_libraries)))
+        """Link all callees, optimize, and generate machine code."""
+        self._linking_libraries = list(map(_LibraryView, _with_callees(self._linking_libraries)))
         super().finalize()
 
 
-class _Own:
-    """Of a library what Numba links: without what it calls, if that is linked beside it."""
+class _LibraryView:
+    """The part of a library that Numba links: without callees, if those are linked separately."""
 
     def __init__(self, library: Any) -> None:
         self._library, self._reload_init = library, library._reload_init  # noqa: SLF001 - Numba's own names
@@ -180,7 +180,7 @@ class _Own:
 
 
 def _with_callees(libraries: list[Any]) -> list[Any]:
-    """Some libraries, and those of what they call, each once: callers first, for LLVM links only what is named already."""
+    """Libraries and their callees, each once, callers first, since LLVM links only what is already named."""
     ended: dict[Any, None] = {}
 
     def visit(library: Any) -> None:
@@ -198,7 +198,7 @@ _with_memory = cache(_TypingContext)
 
 
 class _LibraryCompiler(Compiler):
-    """Numba's compiler, which writes into a library of ours where it is not given one, and remembers the types of operators."""
+    """Numba's compiler, which writes into our libraries by default, and remembers the types of operators."""
 
     library: ClassVar[Any]
 
@@ -213,7 +213,7 @@ class _LibraryCompiler(Compiler):
             )  # a copy of Numba's targetctx
 
     def define_pipelines(self) -> list[Any]:
-        """The passes; all of Numba's for a function with a closure or a comprehension, which a kernel of a user may have."""
+        """The passes; all of Numba's for a function with a closure or a comprehension, as in a user's kernel."""
         if not have(PASSES) or any(isinstance(constant, CodeType) for constant in self.state.func_id.code.co_consts):
             return super().define_pipelines()
         passes, counts_references = _Passes("ulna"), self.state.flags.nrt
@@ -225,12 +225,12 @@ class _LibraryCompiler(Compiler):
 
 
 class IRCompiler(_LibraryCompiler):
-    """The compiler of what only compiled code calls."""
+    """The compiler of functions that only compiled code calls."""
 
     library = IRLibrary
 
 
 class WholeCompiler(_LibraryCompiler):
-    """The compiler of what has machine code."""
+    """The compiler of functions with machine code."""
 
     library = WholeLibrary

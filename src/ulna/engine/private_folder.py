@@ -1,7 +1,7 @@
 """Opens folders of files to which only their user can write.
 
-Machine code in them is executed without another check. So a folder is opened once, checked as it is open, and its files are
-opened in it by the same descriptor. Who may rename a folder above can exchange what the path leads to, but not what is open.
+Machine code in them is executed without another check. So a folder is opened once, checked while it is open, and its files are
+opened in it by the same descriptor. Someone who may rename a parent folder can redirect the path, but not the open folder.
 """
 
 import contextlib
@@ -13,18 +13,18 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
-_HAS_MODES = hasattr(os, "geteuid")  # Windows: folders have access lists, which the user's own profile sets for the user alone
+_HAS_MODES = hasattr(os, "geteuid")  # Windows: folders have access lists, which the user's own profile restricts to the user
 
 
 class SharedFolderError(OSError):
-    """Another user can write to a folder, or may have done so."""
+    """Another user can write to a folder, or may have written to it."""
 
 
 def cache_base() -> Path:
     """The folder of this user's caches: in ``NUMBA_CACHE_DIR``, or else in the user's own cache folder.
 
-    A relative path in a variable is ignored, as the XDG base directory specification demands: it would lead into whatever folder
-    the process is in, and who made that folder could have put code there.
+    A relative path in a variable is ignored, as the XDG base directory specification demands. It would depend on the process's
+    current folder, whose creator could have put code there.
 
     Warns:
         RuntimeWarning: A variable has a relative path.
@@ -42,10 +42,10 @@ def cache_base() -> Path:
 
 
 def absolute_path_of(variable: str) -> Path | None:
-    """The path in an environment variable; None if there is none, or a relative one."""
+    """The path in an environment variable; None if it is not set, or relative."""
     text = os.environ.get(variable, "")
     if text and not Path(text).is_absolute():
-        words = f"{variable} is {text[:200]!r}, a relative path, which is ignored: an absolute one is needed"
+        words = f"{variable} is {text[:200]!r}, a relative path, which is ignored; an absolute path is needed"
         warnings.warn(words, RuntimeWarning, stacklevel=2)
         return None
     return Path(text) if text else None
@@ -59,10 +59,10 @@ def _home() -> Path:
 
 
 class PrivateFolder(contextlib.AbstractContextManager):
-    """A folder that is open, until the end of a ``with`` block if it is in one.
+    """An open folder; a ``with`` block closes it.
 
     Attributes:
-        path: Where it was when it was opened.
+        path: Its path when it was opened.
     """
 
     def __init__(self, path: Path, descriptor: int | None) -> None:
@@ -80,29 +80,29 @@ class PrivateFolder(contextlib.AbstractContextManager):
             OSError: It cannot be created or opened.
         """
         with contextlib.suppress(FileExistsError):
-            os.mkdir(self._in(name), 0o700, dir_fd=self._descriptor)
+            os.mkdir(self._name_in(name), 0o700, dir_fd=self._descriptor)
         path = self.path / name
-        return PrivateFolder(path, _opened(path, self._in(name), self._descriptor, mend=False) if _HAS_MODES else None)
+        return PrivateFolder(path, _open_folder(path, self._name_in(name), self._descriptor, mend=False) if _HAS_MODES else None)
 
     def read(self, name: str) -> bytes:
         """The content of a file, which is marked as used now.
 
         Raises:
-            OSError: It is not there, or cannot be read.
+            OSError: It does not exist, or cannot be read.
         """
-        os.utime(self._in(name), dir_fd=self._descriptor)
-        with open(self._in(name), "rb", opener=self._open) as file:
+        os.utime(self._name_in(name), dir_fd=self._descriptor)
+        with open(self._name_in(name), "rb", opener=self._open) as file:
             return file.read()
 
     def has(self, name: str) -> bool:
-        """Whether there is a file, which is marked as used now."""
+        """Whether a file exists; marks it as used now."""
         with contextlib.suppress(FileNotFoundError):
-            os.utime(self._in(name), dir_fd=self._descriptor)
+            os.utime(self._name_in(name), dir_fd=self._descriptor)
             return True
         return False
 
     def note(self, name: str, days: float = 400) -> bool:
-        """Write an empty file, and remove those that were not used for so many days. True.
+        """Write an empty file, and remove files that were not used for ``days``; returns True.
 
         Raises:
             OSError: It cannot be written.
@@ -112,36 +112,36 @@ class PrivateFolder(contextlib.AbstractContextManager):
         return True
 
     def write(self, name: str, content: bytes) -> None:
-        """Write a file, which is there as a whole or not at all. What is left of a process that was killed ends in ``.part``.
+        """Write a file completely or not at all; a killed process leaves a file that ends in ``.part``.
 
         Raises:
             OSError: It cannot be written.
         """
-        part, here = self._in(f"{name}.{os.urandom(8).hex()}.part"), self._descriptor
+        part, here = self._name_in(f"{name}.{os.urandom(8).hex()}.part"), self._descriptor
         try:
             with open(part, "xb", opener=self._open) as file:
                 file.write(content)
-            os.replace(part, self._in(name), src_dir_fd=here, dst_dir_fd=here)
+            os.replace(part, self._name_in(name), src_dir_fd=here, dst_dir_fd=here)
         except BaseException:
             with contextlib.suppress(OSError):
                 os.unlink(part, dir_fd=here)
             raise
 
     def remove_unused(self, days: float) -> None:
-        """Remove the files that were not used for so many days."""
+        """Remove the files that were not used for ``days``."""
         for entry in self._entries():
             with contextlib.suppress(OSError):  # another process removes it too
                 if _is_unused(entry, days):
-                    os.unlink(self._in(entry.name), dir_fd=self._descriptor)
+                    os.unlink(self._name_in(entry.name), dir_fd=self._descriptor)
 
     def remove_unused_folders(self, begin: str, days: float) -> None:
-        """Remove the folders whose names begin so and that were not used for so many days, with their files."""
+        """Remove the folders with a prefix that were not used for ``days``, with their files."""
         for entry in self._entries():
-            with contextlib.suppress(OSError):  # another user's, or it has folders
+            with contextlib.suppress(OSError):  # another user's, or it contains folders
                 if entry.name.startswith(begin) and _is_unused(entry, days):
                     with self.folder(entry.name) as unused:
                         unused.remove_unused(-1)
-                    os.rmdir(self._in(entry.name), dir_fd=self._descriptor)
+                    os.rmdir(self._name_in(entry.name), dir_fd=self._descriptor)
 
     def touch(self) -> None:
         """Mark the folder itself as used now."""
@@ -154,13 +154,13 @@ class PrivateFolder(contextlib.AbstractContextManager):
     def _open(self, path: str, flags: int) -> int:
         return os.open(path, flags, 0o600, dir_fd=self._descriptor)
 
-    def _in(self, name: str) -> str:
-        """The name as it is given together with the descriptor; the path where there is none."""
+    def _name_in(self, name: str) -> str:
+        """The name to use with the descriptor; the path without one."""
         return str(self.path / name) if self._descriptor is None else name
 
 
 def private_folder(base: Path) -> PrivateFolder:
-    """The folder ``base``, created if necessary, accessible to this user only (mode 0700). It may be a link of this user's.
+    """The folder ``base``, created if necessary, accessible to this user only (mode 0700); it may be this user's link.
 
     Raises:
         SharedFolderError: It belongs to another user, or any user can replace it.
@@ -174,11 +174,11 @@ def private_folder(base: Path) -> PrivateFolder:
     for above in {*base.absolute().parents, *path.parents}:
         _check_above(above)
     path.mkdir(mode=0o700, exist_ok=True)
-    return PrivateFolder(path, _opened(path, str(path), None, mend=True))
+    return PrivateFolder(path, _open_folder(path, str(path), None, mend=True))
 
 
-def _opened(path: Path, name: str, inside: int | None, *, mend: bool) -> int:
-    """The descriptor of a folder of this user's, whose mode is set to 0700 if ``mend`` (earlier versions used another)."""
+def _open_folder(path: Path, name: str, inside: int | None, *, mend: bool) -> int:
+    """The descriptor of this user's folder, whose mode is set to 0700 if ``mend`` (earlier versions used another)."""
     try:
         descriptor = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=inside)
     except OSError:
@@ -196,7 +196,7 @@ def _opened(path: Path, name: str, inside: int | None, *, mend: bool) -> int:
 
 def _check(path: Path, status: os.stat_result) -> None:
     if not stat.S_ISDIR(status.st_mode):
-        raise SharedFolderError(f"{path} is no folder")
+        raise SharedFolderError(f"{path} is not a folder")
     if status.st_uid != os.geteuid():
         raise SharedFolderError(f"{path} belongs to another user (number {status.st_uid})")
     if stat.S_IMODE(status.st_mode) != 0o700:
@@ -204,13 +204,13 @@ def _check(path: Path, status: os.stat_result) -> None:
 
 
 def _check_above(folder: Path) -> None:
-    """Refuse a parent folder in which others can replace ours: one that they can write to, unless it is sticky and trusted.
+    """Refuse a parent folder in which others can replace ours: writable by others, unless sticky and trusted.
 
-    The sticky bit stops other users from renaming folders, but not the owner, who must be root or this user.
+    The sticky bit prevents other users from renaming folders, but not the owner, who must be root or this user.
     """
     status = folder.stat()
     if status.st_mode & stat.S_IWOTH and not (status.st_mode & stat.S_ISVTX and status.st_uid in (0, os.geteuid())):
-        raise SharedFolderError(f"{folder} lets other users exchange what lies in it (mode {stat.S_IMODE(status.st_mode):04o})")
+        raise SharedFolderError(f"{folder} lets other users replace its files (mode {stat.S_IMODE(status.st_mode):04o})")
 
 
 def _is_unused(entry: os.DirEntry, days: float) -> bool:

@@ -1,4 +1,4 @@
-"""Finds what this process may compute with: how many processors, and how many numbers one instruction takes."""
+"""Finds the processors that this process may use, and the width of their vector instructions."""
 
 import math
 import os
@@ -9,15 +9,15 @@ from pathlib import Path
 from ulna.engine.ahead import is_ahead, level
 
 _ROOT = Path("/")
-# The names of wide registers in assembly, x86's and then ARM's, with their bits; the first that is found is the widest.
+# The names of wide registers in assembly, x86's and then ARM's, with their bits; the first match is the widest.
 _REGISTERS = (("%zmm", 512), ("%ymm", 256), ("%xmm", 128), (".2d", 128))
 _OF_LEVEL = {"x86-64-v3": 256, "x86-64-v4": 512}
 
 
 def n_processors() -> int:
-    """How many processors this process may use, at least 1.
+    """The number of processors that this process may use, at least 1.
 
-    A container's or a service's quota (``docker run --cpus``, ``CPUQuota=``) counts too; a part of a processor is rounded up.
+    A container's or a service's quota (``docker run --cpus``, ``CPUQuota=``) counts too; a fraction of a processor is rounded up.
     """
     allowed = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(1, math.ceil(min(allowed, cpu_quota(_ROOT))))
@@ -25,13 +25,13 @@ def n_processors() -> int:
 
 @cache
 def register_bits() -> int | None:
-    """How wide the registers are that an addition of lanes uses [bits], by its machine code or its level; None without either.
+    """The register width of an addition of lanes [bits], from its machine code or its level; None without either.
 
-    Not what the processor could do, but what was compiled: ``NUMBA_CPU_NAME`` and the compiler's settings decide too.
+    It describes the compiled code, not the processor: ``NUMBA_CPU_NAME`` and the compiler's settings matter too.
     """
     if is_ahead():
         return _OF_LEVEL.get(level(), 128)
-    import numpy as np  # noqa: PLC0415 - most who count processors need neither this nor the compiler
+    import numpy as np  # noqa: PLC0415 - most callers need neither this nor the compiler
 
     from ulna.engine.decorators import routine  # noqa: PLC0415
     from ulna.engine.lanes import load, store  # noqa: PLC0415
@@ -48,14 +48,14 @@ def register_bits() -> int | None:
 
 
 def cpu_quota(root: Path) -> float:
-    """The least CPU quota of this process's control groups and of those above them [processors]; infinite if there is none.
+    """The minimum CPU quota of this process's control groups and their parents [processors]; infinite without one.
 
     Version 2 has "quota period" in ``cpu.max``, version 1 two files ``cpu.cfs_quota_us`` and ``cpu.cfs_period_us``. Source: the
-    kernel's documentation, admin-guide/cgroup-v2 and scheduler/sched-bwc. In a container a group may lie at the root of the
-    mounted tree, whatever path the process is given, so that is read as well.
+    kernel's documentation, admin-guide/cgroup-v2 and scheduler/sched-bwc. In a container a group may be at the root of the
+    mounted tree, whatever the process's path, so the root is read as well.
 
     Args:
-        root: Of the file system; another one for tests.
+        root: The root of the file system; another one for tests.
     """
     quotas = [_quota_of(folder) for folder in _groups(root)]
     return min(quotas, default=math.inf)
@@ -92,7 +92,7 @@ def _quota_of(folder: Path) -> float:
 
 
 def _text(file: Path) -> str:
-    """The text of a file; empty where there is none, or none that may be read."""
+    """The text of a file; empty if it is missing or unreadable."""
     try:
         return file.read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -1,4 +1,4 @@
-"""Draws how far a long call is, by rich: on a terminal, on standard error."""
+"""Draws the progress of a long call on a terminal's standard error, by rich."""
 
 import weakref
 from typing import TYPE_CHECKING

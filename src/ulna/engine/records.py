@@ -7,8 +7,8 @@ A record is a class whose annotations are its fields, of type int, float, bool, 
         longest: float
 
 Python makes records as an array, ``Tally.records(n)``, and passes that to an entry, whose signature has ``Array(Tally, 1)``. On
-both sides ``tallies[0]`` is a record, not a copy, and ``tally.checks += 1`` writes to the array. A field that does not exist is
-an error: of the compiler there, and in plain Python an ``AttributeError``.
+both sides ``tallies[0]`` is a record, not a copy, and ``tally.checks += 1`` writes to the array. An unknown field is an error: of
+the compiler there, and in plain Python an ``AttributeError``.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ _ELEMENTS = {int: np.int64, float: np.float64, bool: np.bool_}
 
 
 class Records(Protocol[RecordT_co]):
-    """An array of records, shape (n,), as the type checker sees it: a plain NumPy array, since others are slower to pass."""
+    """An array of records, shape (n,), for the type checker; it is a plain NumPy array, which is passed fastest."""
 
     @overload
     def __getitem__(self, key: int, /) -> RecordT_co: ...
@@ -52,11 +52,11 @@ class Records(Protocol[RecordT_co]):
         ...
 
     def item(self) -> tuple[Any, ...]:
-        """The fields of the only record, as plain numbers in the order in which they are declared."""
+        """The fields of the only record, as plain numbers in the order of their declaration."""
         ...
 
     def setflags(self, *, write: bool) -> None:
-        """Let it be written to, or not."""
+        """Make it writable, or read-only."""
         ...
 
 
@@ -79,7 +79,7 @@ class Record(np.void):
             setattr(cls, name, property(itemgetter(name)))
         cls.structure = np.dtype((cls, np.dtype(fields, align=True)))
 
-    if not TYPE_CHECKING:  # which would take any name
+    if not TYPE_CHECKING:  # the type checker would accept any name
 
         def __setattr__(self, name, value):
             if name not in type(self).structure.names:
@@ -93,14 +93,14 @@ class Record(np.void):
 
 
 def copied(records: Records[RecordT_co]) -> Records[RecordT_co]:
-    """A copy of records, which may be written to; NumPy's own ``copy`` takes three times as long for a type with fields."""
+    """A writable copy of records; NumPy's own ``copy`` takes three times as long for a type with fields."""
     array: Any = records
     copy: Any = np.ndarray(array.shape, array.dtype, bytearray(array.tobytes()))
     return copy
 
 
 def replaced(records: Records[RecordT_co], **values: Any) -> Records[RecordT_co]:
-    """A read-only copy of one record, shape (1,), with other values: entries are declared for settings that are constant."""
+    """A read-only copy of one record, shape (1,), with other values; entries declare constant settings."""
     copy = copied(records)
     for name, value in values.items():
         copy[name] = value
@@ -109,9 +109,9 @@ def replaced(records: Records[RecordT_co], **values: Any) -> Records[RecordT_co]
 
 
 def _element_of(hint: Any) -> tuple[Any, ...]:
-    """The type of a field's numbers, and where it is an array its shape."""
+    """The type of a field's numbers, and its shape if it is an array."""
     if get_origin(hint) is not Annotated:
         return (_ELEMENTS[hint],)
     array, length = get_args(hint)
-    (*_, element) = get_args(array)  # from NumPy 2.5 on the type of the numbers, before it np.dtype of that
+    (*_, element) = get_args(array)  # the type of the numbers from NumPy 2.5 on, np.dtype of it before
     return (get_args(element) or (element,))[0], (length,)

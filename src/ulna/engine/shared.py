@@ -1,9 +1,9 @@
 """Compiles a routine once, for every entry that calls it.
 
-Numba copies what a function calls into each of its callers, and LLVM optimizes every copy. For what is long (the distance of two
-convex bodies) and called by many entries, that takes most of the time of compiling. Here a caller has only the routine's name.
-The routine's machine code is kept on disk like that of an entry, and a caller that is loaded from disk loads it first, by what
-Numba calls ``reload_init``.
+Numba copies the callees of a function into each of its callers, and LLVM optimizes every copy. For a long routine (the distance
+of two convex bodies) with many callers, that takes most of the time of compiling. Here a caller contains only the routine's name.
+The routine's machine code is stored on disk like that of an entry. A caller that is loaded from disk loads it first, by Numba's
+``reload_init``.
 """
 
 import hashlib
@@ -18,7 +18,7 @@ from ulna.engine.sources import sources_hash
 
 
 class Shared(NamedTuple):
-    """A routine that is compiled once, for some types of arguments: its dispatcher, and the symbol that its callers name."""
+    """A routine that is compiled once for some argument types: its dispatcher, and the symbol that callers use."""
 
     dispatcher: Any
     types: tuple
@@ -26,7 +26,7 @@ class Shared(NamedTuple):
 
     @property
     def compiled(self) -> Any:
-        """What Numba has compiled."""
+        """Numba's compilation."""
         return self.dispatcher.overloads[self.types]
 
 
@@ -37,13 +37,13 @@ DISPATCHERS: list[Any] = []
 
 
 def share(dispatcher: Any) -> None:
-    """Let compiled code call a dispatcher by its symbol, instead of taking a copy of it."""
+    """Let compiled code call a dispatcher by its symbol, instead of copying it."""
     DISPATCHERS.append(dispatcher)
     dispatcher.get_overload = lambda types: _shared(dispatcher, tuple(types)).symbol
 
 
 def _shared(dispatcher: Any, types: tuple) -> Shared:
-    """A routine for types for which it is compiled; made known to LLVM and to Numba where it is called first."""
+    """A routine compiled for some types, registered with LLVM and Numba at its first use."""
     symbol = _symbol(dispatcher.py_func, types)
     if symbol not in SHARED:
         shared = Shared(dispatcher, types, symbol)
@@ -60,7 +60,7 @@ def _symbol(function: Callable, types: tuple) -> str:
 
 
 def _call(shared: Shared) -> Callable:
-    """What writes a call of it, as Numba asks for it."""
+    """The function that writes a call of the routine, in Numba's form."""
     module, name = shared.dispatcher.py_func.__module__, shared.dispatcher.py_func.__name__
 
     def call(context, builder, _, arguments):
@@ -79,14 +79,14 @@ def _call(shared: Shared) -> Callable:
 
 
 class Reload(NamedTuple):
-    """Loads a routine, or compiles it again, before a caller is loaded from disk. A tuple, since it is kept with the caller."""
+    """Loads or recompiles a routine before a caller is loaded from disk; a tuple, stored with the caller."""
 
     module: str
     name: str
     types: tuple
 
     def __call__(self) -> None:
-        """Do so."""
+        """Load the routine."""
         dispatcher = getattr(import_module(self.module), self.name).within
         dispatcher.compile(self.types)
         _shared(dispatcher, self.types)

@@ -1,6 +1,6 @@
-"""The types of the arguments of entries. All arrays are C-contiguous.
+"""Defines the types of entries' arguments. All arrays are C-contiguous.
 
-They are described here without the compiler: what was compiled ahead is found by the same description.
+They are described without the compiler: code compiled ahead is found by the same description.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -22,7 +22,7 @@ class Scalar(NamedTuple):
 
 
 class Array(NamedTuple):
-    """An array of so many axes; one that is ``constant`` is only read, so that it may be read-only.
+    """An array with ``dimensions`` axes; a ``constant`` one is only read, so that it may be read-only.
 
     element: the name of its elements' type, or the class of its records.
     """
@@ -33,7 +33,7 @@ class Array(NamedTuple):
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """The type of its elements, as NumPy has it."""
+        """The NumPy type of its elements."""
         return np.dtype(self.element) if isinstance(self.element, str) else self.element.structure
 
     def __str__(self) -> str:
@@ -57,7 +57,7 @@ _CODES = {"float64": "d", "int64": "i", "bool": "b", "int32": "h", "float32": "f
 
 
 def fits(value: object, kind: Kind) -> bool:
-    """Whether a value has a type that an entry takes as it is."""
+    """Whether an entry accepts a value's type without conversion."""
     if isinstance(kind, Group):
         return type(value) is kind.of and len(value) == len(kind.parts) and all(map(fits, value, kind.parts))
     if isinstance(kind, Scalar):
@@ -75,13 +75,13 @@ def fits(value: object, kind: Kind) -> bool:
 
 
 def parts_of(signature: Signature) -> Iterator[Scalar | Array]:
-    """All that a signature has, the parts of its tuples one by one."""
+    """All parts of a signature, with tuples split into their parts."""
     for kind in signature:
         yield from kind.parts if isinstance(kind, Group) else (kind,)
 
 
 def checked(function: Callable, signature: Signature) -> Callable:
-    """A function of plain Python that refuses arguments of other types, as a compiled one does."""
+    """Wrap a function of plain Python to refuse arguments of other types, like a compiled one."""
 
     @wraps(function)
     def checked_function(*arguments):
@@ -94,7 +94,7 @@ def checked(function: Callable, signature: Signature) -> Callable:
 
 
 def text_of_signature(signature: Signature) -> str:
-    """A signature as one word, such as ``2wdi1wd2wd``: what ``ahead`` finds machine code by, and what the extension reads."""
+    """A signature as one word, such as ``2wdi1wd2wd``: the key of machine code in ``ahead`` and in the extension."""
     return "".join(map(str, signature))
 
 

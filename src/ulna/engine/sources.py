@@ -1,7 +1,7 @@
-"""Hashes what an entry is compiled from: its own file and every file whose names that uses.
+"""Hashes the sources of an entry: its own file and every file that it takes names from.
 
-The imports are found in the text, so nothing is imported for it. A file counts as it was when its functions were marked for the
-compiler, which is when it was loaded: a file that is edited while a program runs does not change what the program compiles.
+The imports are found in the text, so nothing is imported. A file counts as it was when its functions were marked for the
+compiler, at load time: editing a file while a program runs does not change what the program compiles.
 """
 
 import hashlib
@@ -9,18 +9,18 @@ import re
 from collections.abc import Iterator
 from functools import cache
 from os import sep
-from os.path import basename, dirname, isdir, isfile, join  # strings: with paths it takes three times as long, in every process
+from os.path import basename, dirname, isdir, isfile, join  # strings: paths take three times as long, in every process
 from pathlib import Path
 
-_PACKAGES = dirname(dirname(dirname(__file__)))  # the folder in which Ulna's package lies
+_PACKAGES = dirname(dirname(dirname(__file__)))  # the folder that contains Ulna's package
 _IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b([ \t]*\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE)
-_WITHOUT_CODE = {"ulna.errors", "ulna.engine.ahead"}  # what is raised changes no machine code, nor what was compiled elsewhere
+_WITHOUT_CODE = {"ulna.errors", "ulna.engine.ahead"}  # raised errors change no machine code, nor does code compiled elsewhere
 _COMMENT, _CONTINUED = re.compile(r"#[^\n]*"), re.compile(r"\\\n")
 
 
 @cache
 def text_of(file: str) -> bytes:
-    """The content of a file when this was first asked."""
+    """The content of a file at the first request."""
     return Path(file).read_bytes()
 
 
@@ -36,8 +36,8 @@ def sources_hash(file: str) -> str:
 def files_used(file: str) -> set[str]:
     """A file and all files of its own package and of Ulna that it uses, directly or through others.
 
-    The file of a package (``__init__.py``) counts where names are taken from it, not where it is only on the way to a module:
-    Ulna's own imports everything.
+    The file of a package (``__init__.py``) counts if names are taken from it, not if it is only on the path to a module: Ulna's
+    own imports everything.
     """
     found, waiting = {file}, [file]
     while waiting:
@@ -48,7 +48,7 @@ def files_used(file: str) -> set[str]:
 
 
 def imports_of(text: str) -> Iterator[tuple[str, list[str]]]:
-    """The modules that a text imports, anywhere in it, each with the names that are taken from it."""
+    """The modules that a text imports anywhere, each with the names taken from it."""
     for module, taken, imported in _IMPORT.findall(_CONTINUED.sub(" ", _COMMENT.sub("", text))):
         if module:
             yield module, re.findall(r"\w+", taken)
@@ -58,7 +58,7 @@ def imports_of(text: str) -> Iterator[tuple[str, list[str]]]:
 
 @cache
 def _used_by(file: str) -> set[str]:
-    """The files of the modules that a file imports, as far as they are found about it or in Ulna."""
+    """The files of the modules that a file imports, as far as they are found near it or in Ulna."""
     found, folder = set(), dirname(file)
     for module, names in imports_of(text_of(file).decode()):
         place = None if module in _WITHOUT_CODE else _place(module, folder)
@@ -67,7 +67,7 @@ def _used_by(file: str) -> set[str]:
 
 
 def _files_of(place: str, names: list[str]) -> set[str]:
-    """The file of a module; or that of a package, and those of its modules among some names."""
+    """The file of a module; for a package its own file, and those of its modules among ``names``."""
     if isfile(f"{place}.py"):
         return {f"{place}.py"}
     if not isdir(place):
@@ -79,9 +79,9 @@ def _files_of(place: str, names: list[str]) -> set[str]:
 
 @cache
 def _place(module: str, folder: str) -> str | None:
-    """Where a module lies that a file in a folder imports: its path without ``.py``, or that of the package's folder.
+    """The path of an imported module without ``.py``, or of the package's folder; None if it is not found.
 
-    About the file, if a folder above it has the package's name; else beside the file; else where Ulna lies.
+    The search covers the parents of ``folder`` with the package's name, then ``folder``, then Ulna's folder.
     """
     name = module.lstrip(".")
     parts = name.split(".") if name else []

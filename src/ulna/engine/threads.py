@@ -1,11 +1,10 @@
 """Runs large batches in parts in several threads, and holds the setting of their number.
 
-The parts begin at multiples of the number of lanes, so that no block of lanes is split, and the result of a row does not depend
-on its block: the result is bit for bit that of one call.
+The parts begin at multiples of the number of lanes, so no block of lanes is split. The result of a row does not depend on its
+block: it is bit for bit that of one call.
 
-A part is run in slices of some hundredths of a second: Python notices Ctrl-C between two calls of an entry, not within one.
-
-Work within these threads is serial: they run in copies of the caller's context, in which the setting is 1.
+A part is run in slices of some hundredths of a second: Python notices Ctrl-C between two calls of an entry, not within one. Work
+within these threads is serial: they run in copies of the caller's context, in which the setting is 1.
 """
 
 from __future__ import annotations
@@ -28,22 +27,22 @@ if TYPE_CHECKING:
     from concurrent.futures import Future, ThreadPoolExecutor
 
 MIN_ROWS = 1024  # rows of a part, if a row takes about a microsecond
-MIN_POSES = 16 * MIN_ROWS  # rows of a part, if a row takes some 20 ns; waking a thread takes tens of microseconds
+MIN_POSES = 16 * MIN_ROWS  # rows of a part, if a row takes about 20 ns; waking a thread takes tens of microseconds
 VARIABLE = "ULNA_THREADS"
 _MAX_THREADS = 2**31 - 1
-_SECONDS = 0.02  # of a slice
-_MAX_GROWTH = 16.0  # of a slice beside the one before
+_SECONDS = 0.02  # duration of a slice
+_MAX_GROWTH = 16.0  # of a slice relative to the one before
 _chosen: ContextVar[int | None] = ContextVar("ulna.threads", default=None)
 
 
 def threads(n: int | None) -> AbstractContextManager[None]:
-    """Set how many threads a batch uses at most: from now on, or in ``with ulna.threads(n):`` until the block ends.
+    """Set the maximum number of threads of a batch: from now on, or in ``with ulna.threads(n):`` until the block ends.
 
-    Results are the same bit for bit. The setting is that of a context (``contextvars``): a thread that the program starts has the
+    Results are the same bit for bit. The setting belongs to a context (``contextvars``): a thread that the program starts has the
     default until it is set there.
 
     Args:
-        n: The number of threads, the calling one included, at least 1. None is the default: ``ULNA_THREADS``, or the number of
+        n: The number of threads, including the calling one, at least 1. None is the default: ``ULNA_THREADS``, or the number of
             processors that the process may use.
 
     Raises:
@@ -83,17 +82,17 @@ def _as_threads(n: int) -> int:
 
 
 def n_threads() -> int:
-    """The largest number of threads for a batch in this context: that set by ``threads``, or else the default."""
+    """The maximum number of threads of a batch in this context: the setting of ``threads``, or else the default."""
     return _chosen.get() or default_threads()
 
 
 def in_parts(run: Callable[[slice], bool], n: int, least: int = MIN_ROWS) -> bool:
-    """Call an entry for rows 0 to n in parts; True if it returned True for all. When it returns or raises, no part is running.
+    """Call an entry for rows 0 to n in parts; returns whether all returned True. No part runs afterwards.
 
     Args:
         run: Calls the entry for the rows of a slice; the entry releases the interpreter's lock (``nogil``).
         n: The number of rows.
-        least: The least number of rows for which a thread is used.
+        least: The minimum number of rows per thread.
 
     Example:
         >>> import numpy as np
@@ -115,7 +114,7 @@ def in_parts(run: Callable[[slice], bool], n: int, least: int = MIN_ROWS) -> boo
 
 
 def in_slices(run: Callable[[slice], bool], part: slice, least: int, ended: Sequence[bool] = ()) -> bool:
-    """Run a part slice by slice until ``ended`` has an entry: at first ``least`` rows, then as many as take ``_SECONDS``."""
+    """Run a part slice by slice until ``ended`` has an entry: first ``least`` rows, then slices of ``_SECONDS``."""
     rows = -(-least // WIDTH) * WIDTH
     if part.stop - part.start <= rows:
         return run(part)
@@ -133,7 +132,7 @@ def in_slices(run: Callable[[slice], bool], part: slice, least: int, ended: Sequ
 def _in_threads(
     run: Callable[[slice], bool], waiting: deque[slice], n_workers: int, stop: Callable[[], object] | None = None
 ) -> bool:
-    """Run parts in threads, this one too. ``stop`` is called when one has failed, before the others are waited for."""
+    """Run parts in threads including this one; on a failure, call ``stop`` before waiting for the others."""
     from concurrent.futures import wait  # noqa: PLC0415 - keeps `import ulna` fast
 
     helpers: list[Future[bool]] = []
@@ -153,9 +152,9 @@ def _in_threads(
 
 
 def in_rows(run: Callable[[int], bool], n: int, stop: Callable[[], object] | None = None) -> bool:
-    """Call a function for each row from 0 to n, of which each takes long; the rest as ``in_parts``.
+    """Call a function for each row from 0 to n, if each takes long; otherwise like ``in_parts``.
 
-    ``stop`` is called when a row fails, or at Ctrl-C: it ends the rows that run in other threads, which are waited for.
+    ``stop`` is called when a row fails, or at Ctrl-C: it ends the rows in other threads, which are waited for.
     """
     n_workers = n_threads() if n > 1 else 1
     if n_workers < 2:
@@ -186,9 +185,9 @@ def _next_of(waiting: deque[slice]) -> slice | None:
 
 @cache
 def default_threads() -> int:
-    """The number of threads of a batch by default: ``ULNA_THREADS``, or the number of processors that this process may use.
+    """The default number of threads of a batch: ``ULNA_THREADS``, or the number of usable processors.
 
-    It is determined once in a process, and again after a fork.
+    It is determined once per process, and again after a fork.
     """
     text = os.environ.get(VARIABLE, "").strip()
     if not text:
@@ -200,13 +199,13 @@ def default_threads() -> int:
 
 @cache
 def _pool_size() -> int:
-    """The largest useful number of threads: one for each processor of the machine."""
+    """The maximum useful number of threads: one per processor of the machine."""
     return os.cpu_count() or 1
 
 
 @cache
 def _pool() -> ThreadPoolExecutor:
-    """The only pool of threads. It starts no more threads than were needed at once, whatever number the calls give."""
+    """The only thread pool. It starts no more threads than are needed at once, whatever number the calls request."""
     from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415 - keeps `import ulna` fast
 
     return ThreadPoolExecutor(_pool_size(), thread_name_prefix="ulna")

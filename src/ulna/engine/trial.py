@@ -1,6 +1,6 @@
-"""Compiles a small entry when it is imported: it calls a shared routine, and that calls a kernel.
+"""Compiles a small entry on import: it calls a shared routine, which calls a kernel.
 
-``compiler`` imports it where Numba's version was not tested, to see whether the engine can compile with it.
+``compiler`` imports it for an untested version of Numba, to check whether the engine can compile with it.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ _FLAGS = {"no_cfunc_wrapper": True, "_nrt": False, "fastmath": {"contract"}}
 
 
 def square(x):
-    """The square of a number, which may be eight numbers."""
+    """The square of a number, or of eight numbers."""
     return x * x
 
 
@@ -20,7 +20,7 @@ square = compiler.compiled(square, {"forceinline": True, **_FLAGS})
 
 
 def squares(rows):
-    """Square the only row of some."""
+    """Square the only row."""
     store(rows, 0, square(load(rows, 0)))
 
 

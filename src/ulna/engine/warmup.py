@@ -18,7 +18,7 @@ from ulna.engine.signatures import NONE, parts_of
 
 
 class Job(NamedTuple):
-    """One signature of an entry: the package, the entry's name there, and the number of the signature."""
+    """One signature of an entry: the package, the entry's name there, and the index of the signature."""
 
     entries: Entries
     name: str
@@ -26,12 +26,12 @@ class Job(NamedTuple):
 
     @property
     def is_together(self) -> bool:
-        """Whether the entry is compiled in the process of those that call the same long kernels."""
+        """Whether the entry is compiled in the same process as others that call the same long kernels."""
         return self.entries.are_together(self.name)
 
 
 class Compiled(NamedTuple):
-    """The time that a job took [s], and whether the machine code was on disk already.
+    """The time of a job [s], and whether the machine code was on disk already.
 
     shapes: "boxes" or "any" for an entry that is compiled twice, else "".
     """
@@ -43,7 +43,7 @@ class Compiled(NamedTuple):
 
 
 def all_jobs(entries: Entries) -> list[Job]:
-    """Every signature of every entry; those that take longest, estimated by the number of what they take, first."""
+    """Every signature of every entry; the longest jobs, estimated by their numbers of arguments, come first."""
     if is_plain():
         return []
     jobs = [
@@ -55,10 +55,10 @@ def all_jobs(entries: Entries) -> list[Job]:
 
 
 def compile_all(jobs: list[Job], *, side_by_side: bool) -> Iterator[Compiled]:
-    """Do the jobs, in one process or in two; the result of each, in the order in which they end.
+    """Run the jobs in one process or in two; yields the results in the order of completion.
 
-    A kernel that several entries call is translated once in each process. So the entries that are
-    ``COMPILED_TOGETHER`` go to one process, and the others to the other. The one that is done first takes the other's last jobs.
+    A kernel that several entries call is translated once in each process. So the entries that are ``COMPILED_TOGETHER`` go to one
+    process, and the others to the other. The process that finishes first takes the other's last jobs.
     """
     if not side_by_side:
         with quietly():
@@ -97,8 +97,8 @@ def compile_one(job: Job) -> Compiled:
 def _begin_worker() -> None:
     """Announce nothing in this process, and end it at once when its work is done.
 
-    Otherwise Python would first free, for seconds, all that the compiler has made. A process that has no parent is the
-    caller's own and is left as it is.
+    Otherwise Python would first spend seconds to free all objects of the compiler. A process without a parent is the caller's
+    own, and stays unchanged.
     """
     Announcements.enabled = False
     if multiprocessing.parent_process() is not None:
