@@ -19,9 +19,10 @@ import numpy as np
 
 import ulna
 from ulna.gpu import device
-from ulna.gpu.collision import BOXES, overlaps_of
+from ulna.gpu.collision import overlaps_of
 from ulna.gpu.device import cuda
 from ulna.gpu.forward import jacobians_of, poses_of
+from ulna.gpu.scenes import BOXES
 from ulna.gpu.search import searches_of
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import branches_of
@@ -150,7 +151,7 @@ def methods(bench: Bench, robot: ulna.Robot, q: Any, *, float32: bool) -> None:
     there, some, name = cuda.to_device(q), q[:_SAMPLE].astype(np.float64), ", float32" if float32 else ""
     of = in_single if float32 else (lambda driver: driver)
     bodies = robot._checker.bodies.table  # noqa: SLF001 - for the size of the driver for boxes
-    n, sizes = len(q), (robot.n_dof, len(robot.tree.joints), len(bodies), BOXES)
+    n, sizes = len(q), (robot.n_dof, len(robot.tree.joints), len(bodies), BOXES, False)
     expected = robot.forward_kinematics(some)
     bench.rate(f"poses{name}", n, size * 23, lambda: on_gpu.forward_kinematics(there), off(expected), of(poses_of(7)))
     bench.rate(f"Jacobians{name}", n, size * 49, lambda: on_gpu.jacobian(there), off(robot.jacobian(some)), of(jacobians_of(7)))

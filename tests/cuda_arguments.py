@@ -191,6 +191,7 @@ TYPES = {
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX), "search": types.Tuple((INDICES, NUMBERS))},
+    "collision.nearest.nearest_of_body": {"search": types.Tuple((INDICES, NUMBERS))},
     "collision.overlap.overlaps_indexed": {**_each("body_rows bound_rows", MATRIX)},
     "dynamics": {
         "mechanism": MECHANISM, "state": types.NamedTuple((NUMBERS,) * 3, State), "gravity": VECTOR, "inertia": INERTIA,

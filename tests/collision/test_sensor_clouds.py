@@ -134,10 +134,10 @@ def test_hundreds_of_updates_beside_other_clouds_leave_these_as_they_are(panda, 
     world.add("still", ulna.PointCloud(still, 0.01))
     world.add("terrain", ulna.HeightMap(rng.uniform(-1.0, -0.5, (30, 30)), 0.05, bottom=-1.1))
     world.add("seen", ulna.PointCloud(still[:10], 0.01))
-    arenas = [world.objects().layout.nodes]
+    arenas = [world.objects().layout.nodes.base]
     for _ in range(80):
         world.update("seen", rng.uniform(-1, 1, (4000, 3)))
-        arenas += [] if world.objects().layout.nodes is arenas[-1] else [world.objects().layout.nodes]
+        arenas += [] if world.objects().layout.nodes.base is arenas[-1] else [world.objects().layout.nodes.base]
     fresh = ulna.World()
     for name, shape, pose in world.items():
         fresh.add(name, shape, pose)

@@ -16,10 +16,11 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 
 from numba import from_dtype, types
 
-from ulna.gpu.collision import ANY, BOXES, CLOSED, distances_of, overlaps_of
+from ulna.gpu.collision import distances_of, overlaps_of
 from ulna.gpu.edges import edges_of
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
 from ulna.gpu.rows import converted
+from ulna.gpu.scenes import ANY, BOXES, CLOSED
 from ulna.gpu.search import choose, searches_of, turned_of
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import branches_of
@@ -27,7 +28,8 @@ from ulna.gpu.torques import derivatives_of, forward_of, gravity_of, inverse_of,
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.ik.search_records import SearchResult, SearchSettings
 
-N_DOF, JOINTS, BODIES, FRAMES, BALLS = 7, 11, 12, 12, 6  # the Panda
+SIZES, FRAMES, BALLS = (7, 11, 12), 12, 6  # the Panda: joint positions, joints and bodies; frames; balls
+N_DOF, JOINTS, _ = SIZES
 A1, A2, A3, A4 = (types.Array(types.float64, n, "C") for n in (1, 2, 3, 4))
 FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C"), types.Array(types.int64, 2, "C")
 BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
@@ -54,13 +56,18 @@ DRIVERS = {
     "poses": (poses_of(N_DOF), of_rows((A2,)), 76, 0),
     "jacobians": (jacobians_of(N_DOF), of_rows((A2, types.int64)), 80, 0),
     "frames": (frames_of(N_DOF, JOINTS, FRAMES), of_rows((A2, A2)), 74, 0),
-    "overlaps of boxes": (overlaps_of(N_DOF, JOINTS, BODIES, BOXES), of_rows((SCENE,), BOOLS_2), 134, 0),
-    "overlaps of any shapes": (overlaps_of(N_DOF, JOINTS, BODIES, ANY), of_rows((SCENE,), BOOLS_2), 255, 88),
-    "distances of boxes": (distances_of(N_DOF, JOINTS, BODIES, BOXES), of_rows((SCENE,)), 255, 64),
-    "distances of closed form": (distances_of(N_DOF, JOINTS, BODIES, CLOSED), of_rows((SCENE,)), 255, 200),
-    "distances of any shapes": (distances_of(N_DOF, JOINTS, BODIES, ANY), of_rows((SCENE, A3, A3, A3)), 255, 420),
-    "edges of boxes": (edges_of(N_DOF, JOINTS, BODIES, BOXES, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 200),
-    "edges of any shapes": (edges_of(N_DOF, JOINTS, BODIES, ANY, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 2032),
+    "overlaps of boxes": (overlaps_of(*SIZES, BOXES, False), of_rows((SCENE,), BOOLS_2), 134, 0),
+    "overlaps of any shapes": (overlaps_of(*SIZES, ANY, False), of_rows((SCENE,), BOOLS_2), 255, 88),
+    "overlaps of many boxes": (overlaps_of(*SIZES, BOXES, True), of_rows((SCENE,), BOOLS_2), 255, 0),
+    "overlaps of clouds": (overlaps_of(*SIZES, ANY, True), of_rows((SCENE,), BOOLS_2), 255, 0),
+    "distances of boxes": (distances_of(*SIZES, BOXES, False), of_rows((SCENE,)), 255, 64),
+    "distances of closed form": (distances_of(*SIZES, CLOSED, False), of_rows((SCENE,)), 255, 200),
+    "distances of any shapes": (distances_of(*SIZES, ANY, False), of_rows((SCENE, A3, A3, A3)), 255, 420),
+    "distances of clouds": (distances_of(*SIZES, CLOSED, True), of_rows((SCENE,)), 255, 0),
+    "distances of clouds and any shapes": (distances_of(*SIZES, ANY, True), of_rows((SCENE, A3, A3, A3)), 255, 0),
+    "edges of boxes": (edges_of(*SIZES, BOXES, False, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 200),
+    "edges of any shapes": (edges_of(*SIZES, ANY, False, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 2032),
+    "edges of clouds": (edges_of(*SIZES, ANY, True, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 2032),
     "gravity torques": (gravity_of(N_DOF, JOINTS), of_rows(OF_FALL), 54, 0),
     "mass matrices": (masses_of(N_DOF, JOINTS), of_rows(OF_FALL), 77, 0),
     "inverse dynamics": (inverse_of(N_DOF, JOINTS, 2), of_rows(OF_MOTIONS), 70, 0),
@@ -105,7 +112,7 @@ def resources(ptx, folder):
     return max(used), max(stack), max(spills)
 
 
-SLOW = {"edges of any shapes"}  # minutes of the compiler
+SLOW = {"edges of any shapes", "edges of clouds"}  # minutes of the compiler
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in DRIVERS])

@@ -146,7 +146,9 @@ class ObjectTables:
         clouds = {
             name: (one.shape, one.nodes.start) for name, one in self._compounds.items() if isinstance(one.shape, PointCloud)
         }
-        return Layout(*arena.read_only, arena.nodes, self._root, boxes, sets, arena.names, clouds)
+        table, vertices = arena.read_only
+        written = vertices[: arena.n_vertices], arena.nodes[: NODE_ROWS * arena.n_nodes]
+        return Layout(table, *written, self._root, boxes, sets, arena.names, clouds)
 
     def moving(self, speeds: Mapping[str, float], n_updates: Mapping[str, int], poses: Mapping[str, Array]) -> tuple[Moving, ...]:
         """The objects that have a speed, after ``updated``."""

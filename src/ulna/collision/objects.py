@@ -130,8 +130,17 @@ class Objects:
 
 def numbers_below(nodes: Array, root: int) -> Numbers:
     """The numbers of the solids in a tree, shape (n,)."""
+    numbers = few_numbers_below(nodes, root, 1 << 62)
+    assert numbers is not None  # noqa: S101 - a tree has fewer
+    return numbers
+
+
+def few_numbers_below(nodes: Array, root: int, at_most: int) -> Numbers | None:
+    """The numbers of the solids in a tree, shape (n,), or None if there are more than ``at_most``."""
     found, below = [np.empty(0, np.int64)], np.array([root] if root != NO_NODE else [], dtype=np.int64)
     while len(below):
+        if sum(map(len, found)) + len(below) > at_most:
+            return None
         number, kind = below // PLACES, below % PLACES
         of_points = kind != CHILDREN
         found.append(_balls_in(nodes, number[of_points], kind[of_points] - FIRST_POINTS))
@@ -139,7 +148,8 @@ def numbers_below(nodes: Array, root: int) -> Numbers:
         children = children[~np.isnan(children)].astype(np.int64)
         found.append(-1 - children[children < 0])
         below = children[children >= 0]
-    return np.concatenate(found)
+    numbers = np.concatenate(found)
+    return numbers if len(numbers) <= at_most else None
 
 
 def rows_of(nodes: Array, numbers: Numbers) -> Numbers:

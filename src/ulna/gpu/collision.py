@@ -1,100 +1,41 @@
 """Tests a scene for overlap on a GPU, and searches it for the nearest pair.
 
-Every object is tested, bounding spheres first. In a BVH the threads of a warp would diverge and wait for each other.
+Pairs and the solids outside of a BVH are tested one by one, bounding spheres first. A BVH is searched by the CPU's kernels, one
+body after the other. There the threads of a warp diverge and wait for each other, so only scenes of many solids have a BVH.
 """
 
 from functools import cache
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ulna.collision.checker import Checker
-from ulna.collision.objects import numbers_below, table_of
-from ulna.collision.world import World
 from ulna.engine.decorators import kernel
-from ulna.engine.lanes import WIDTH, splat
+from ulna.engine.lanes import splat
 from ulna.errors import DeviceError
-from ulna.gpu import device
+from ulna.gpu import device, staged
 from ulna.gpu.device import cuda
+from ulna.gpu.scenes import ANY, BOXES, DeviceScene
 from ulna.gpu.staged import over_rows, threads_for
 from ulna.kernels.chain.poses import frame_pose, tree_poses
-from ulna.kernels.collision.collision_layout import NO_NODE
-from ulna.kernels.collision.nearest import nearest_unindexed
+from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of
+from ulna.kernels.collision.nearest import nearest_of_body, nearest_unindexed
+from ulna.kernels.collision.overlap import body_overlaps_indexed
 from ulna.kernels.collision.posed_pair import BALLS, body_at, may_touch, object_at, place_bodies, rows_overlap
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
-from ulna.kernels.distance.pairs import is_searched
-from ulna.kernels.layout import REACH, SHAPE
+from ulna.kernels.layout import REACH
 from ulna.kernels.spatial.elementary import all_in_range
-from ulna.kernels.spatial.se3 import constant_pose
+from ulna.kernels.spatial.se3 import constant_pose, load_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
 _MAX_SCRATCH, _MAX_DISTANCES = 0.25, 1 << 15  # fraction of the free memory; threads that measure distances
 _BYTES = 8
-# All shapes are boxes; every pair has a closed form of its distance (balls, capsules and boxes); any shapes.
-BOXES, CLOSED, ANY = 0, 1, 2
-_is_searched: Any = getattr(is_searched, "py_func", is_searched)
-
-
-class DeviceScene(NamedTuple):
-    """A scene on the device.
-
-    Attributes:
-        tables: The arguments of the drivers: the scene alone. A missing table has no rows.
-        sizes: The numbers of joint positions, joints and bodies, and the kind of its shapes: BOXES, CLOSED or ANY.
-        number: The number type of its tables: float32 for boxes alone.
-        on_host: The original scene on the host.
-    """
-
-    tables: device.Tables
-    sizes: tuple[int, int, int, int]
-    number: Any
-    on_host: Scene
-
-
-class DeviceScenes:
-    """The scenes of a robot and a world on the device; caches the scenes of the last world."""
-
-    def __init__(self, checker: Checker) -> None:
-        self._checker, self._last = checker, {}
-
-    def of(self, world: World | None, self_collision: bool, number: Any) -> DeviceScene:
-        """The scene of a world."""
-        scene, last = self._checker.scene_of(world, self_collision), self._last.get(number)
-        if last is None or last[0] is not scene:
-            last = self._last[number] = scene, _on_device(scene, self._checker.tree.n_dof, number)
-        return last[1]
-
-
-def _on_device(scene: Scene, n_dof: int, number: Any) -> DeviceScene:
-    """Copy a scene to the device, without its BVH."""
-    only_boxes, numbers = scene.vertices is None, np.r_[scene.first : scene.end, numbers_below(scene.nodes, scene.root)]
-    number = number if only_boxes else np.float64
-    solids = table_of(scene.objects, scene.nodes, numbers)
-    every = scene._replace(objects=solids, nodes=np.empty((0, WIDTH)), root=NO_NODE, first=0, end=len(solids))
-    there = Scene._make(part if isinstance(part, int) else device.on_device(_over(number, part)) for part in every)
-    kind = BOXES if only_boxes else ANY if _any_is_searched(scene, solids) else CLOSED
-    return DeviceScene(device.Tables((there,)), (n_dof, len(scene.joints), len(scene.bodies), kind), number, every)
-
-
-def _any_is_searched(scene: Scene, solids: NDArray[Any]) -> bool:
-    """Whether any pair's distance has no closed form."""
-    own, others = (np.unique(table[:, SHAPE]).astype(int).tolist() for table in (scene.bodies, solids))
-    return any(_is_searched(min(a, b), max(a, b)) for a in own for b in (*own, *others))
-
-
-def _over(number: Any, part: NDArray[Any] | None) -> NDArray[Any]:
-    """Convert a float64 table to a number type; None, which a launch refuses, becomes an empty table."""
-    if part is None:
-        return np.empty((0, 3), number)
-    return part.astype(number) if part.dtype == np.float64 else part
 
 
 def distance_scratch(scene: DeviceScene, n: int) -> tuple[list[Any], int]:
     """Scratch for n distances, and the number of threads that memory allows. Closed forms need no scratch."""
-    if scene.sizes[-1] != ANY:
+    if scene.sizes[3] != ANY:
         return [], device.LAUNCH.at_most
     room, block = _MAX_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))), threads_for(scene.sizes[0], 1)
     threads = int(min(n, _MAX_DISTANCES, room))
@@ -118,15 +59,17 @@ def of_boxes(scene):
 
 
 @cache
-def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
-    """The driver for robots of these sizes: whether each q is in collision, bools of shape (n, 1), by (scene,)."""
+def overlaps_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, is_indexed: bool) -> Any:
+    """The driver for scenes of these sizes: whether each q is in collision, bools of shape (n, 1), by (scene,)."""
     of_joints, as_scene = 12 * n_joints, of_boxes if kind == BOXES else as_it_is
+    of_tree = any_overlaps_indexed if is_indexed else no_overlap
 
     @kernel
     def overlaps(tables, q, _place, scratch, out, _marks):
         scene, center_rows = as_scene(tables[0]), scratch[of_joints:]
         place_centers(scene, q, scratch[:of_joints], center_rows)
-        out[0] = any_overlaps(scene, scratch[:of_joints], center_rows, q[0])
+        hits = any_overlaps(scene, scratch[:of_joints], center_rows, q[0])
+        out[0] = hits or of_tree(scene, scratch[:of_joints], q[0])
         return not all_in_range(q)
 
     return over_rows(overlaps, n_dof, 1, scratch=of_joints + 3 * n_bodies, dtype=np.bool_)
@@ -169,31 +112,62 @@ def any_overlaps(scene, joint_rows, center_rows, like):
     return False
 
 
+@kernel
+def any_overlaps_indexed(scene, joint_rows, like):
+    """Whether any body overlaps an object of the BVH."""
+    stack, found = staged.cuda.local.array(STACK, np.int64), staged.cuda.local.array(FOUND, np.int64)
+    for k in range(scene.bodies.shape[0]):
+        pose = frame_pose(scene.bodies, k, joint_rows, like)
+        if body_overlaps_indexed(scene, body_at(scene, k, pose), bounds_of(scene.bodies, k, pose), stack, found):
+            return True
+    return False
+
+
+@kernel
+def no_overlap(_scene, _joint_rows, _like):
+    """No overlap: there is no BVH."""
+    return False
+
+
 @cache
-def distances_of(n_dof: int, n_joints: int, n_bodies: int, kind: int) -> Any:
-    """The driver for robots of these sizes: the minimum signed distance of each q, shape (n, 1).
+def distances_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, is_indexed: bool) -> Any:
+    """The driver for scenes of these sizes: the minimum signed distance of each q, shape (n, 1).
 
     Its tables are (scene,); for ANY shapes (scene, points, faces, edges) with the scratch of EPA, one array per thread. So the
     number of threads is at most the number of these arrays.
     """
     of_joints, as_scene = 12 * n_joints, of_boxes if kind == BOXES else as_it_is
-    nearest = _nearest if kind == ANY else _nearest_closed
+    scratch_of, nearest = _scratch_of_thread if kind == ANY else _no_scratch, nearest_of_all if is_indexed else nearest_unindexed
 
     @kernel
     def distances(tables, q, place, scratch, out, _marks):
         scene, body_rows = as_scene(tables[0]), scratch[of_joints:]
         place_bodies(scene.joints, scene.bodies, q, scratch[:of_joints], body_rows)
-        out[0] = nearest(scene, body_rows, q[0], tables, place[2])
+        out[0] = nearest(scene, body_rows, q[0], scratch_of(tables, place[2]))[0]
         return not all_in_range(q)
 
     return over_rows(distances, n_dof, 1, scratch=of_joints + 12 * n_bodies)
 
 
 @kernel
-def _nearest(scene, body_rows, like, tables, thread):
-    return nearest_unindexed(scene, body_rows, like, (tables[1][thread], tables[2][thread], tables[3][thread]))[0]
+def _scratch_of_thread(tables, thread):
+    """The scratch of EPA for a thread."""
+    return tables[1][thread], tables[2][thread], tables[3][thread]
 
 
 @kernel
-def _nearest_closed(scene, body_rows, like, _tables, _thread):
-    return nearest_unindexed(scene, body_rows, like, None)[0]
+def _no_scratch(_tables, _thread):
+    """None: closed forms need no scratch."""
+    return
+
+
+@kernel
+def nearest_of_all(scene, body_rows, like, scratch):
+    """The nearest pair, objects of the BVH included."""
+    stack, heights = staged.cuda.local.array(STACK, np.int64), staged.cuda.local.array(STACK, np.float64)
+    best = nearest_unindexed(scene, body_rows, like, scratch)
+    for k in range(scene.bodies.shape[0]):
+        pose = load_pose(body_rows, k)
+        ours, bounds = body_at(scene, k, pose), bounds_of(scene.bodies, k, pose)
+        best = nearest_of_body(best, scene, ours, bounds, (stack, heights), scratch)
+    return best

@@ -12,8 +12,10 @@ import numpy as np
 from ulna.collision.entries.carried import carried_by
 from ulna.engine.decorators import kernel
 from ulna.gpu import device, staged
-from ulna.gpu.collision import BOXES, DeviceScene, as_it_is, of_boxes
+from ulna.gpu.collision import as_it_is, of_boxes
+from ulna.gpu.scenes import BOXES, DeviceScene
 from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_balls, world_rounding, write_motion
+from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import STEP_LENGTH, STEP_WIDTH
 from ulna.kernels.collision.interval import self_outcome, world_outcome
 from ulna.kernels.collision.scene import Carried, Intervals
@@ -35,27 +37,28 @@ class EdgeTables(NamedTuple):
     of_world: float
 
 
-def edge_tables(scene: DeviceScene) -> EdgeTables:
-    """The tables of a scene."""
-    carried = carried_by(scene.on_host)
-    balls, order, first, groups, runs, others, lengths = map(device.on_device, (*carried[:6], carried.steps[:, STEP_LENGTH]))
-    return EdgeTables(balls, order, first, groups, runs, others, lengths, float(world_rounding(scene.on_host)))
+def edge_tables(scene: DeviceScene, known: EdgeTables | None = None) -> EdgeTables:
+    """The tables of a scene; known: those of the same robot with another world."""
+    if known is None:
+        carried = carried_by(scene.on_host)
+        known = EdgeTables(*map(device.on_device, (*carried[:6], carried.steps[:, STEP_LENGTH])), 0.0)
+    return known._replace(of_world=float(world_rounding(scene.on_host)))
 
 
 def near_for(scene: DeviceScene, n: int) -> Any:
     """Memory for the objects near a ball, one row per thread, for n edges."""
-    return device.empty((max(1, min(n, _THREADS)), max(1, len(scene.on_host.objects))), np.int64)
+    return device.empty((max(1, min(n, _THREADS)), max(1, scene.on_host.end - scene.on_host.first)), np.int64)
 
 
 @cache
-def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, n_balls: int) -> Any:
-    """The driver for robots of these sizes with ``n_balls`` balls: the last free configuration of each edge, rows of n_dof.
+def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, is_indexed: bool, n_balls: int) -> Any:
+    """The driver for scenes of these sizes with ``n_balls`` balls: the last free configuration of each edge, rows of n_dof.
 
     The rows are q_a. tables: (scene, ``EdgeTables`` as a tuple, near, resolution, q_b). marks: the flag, whether the edge is in
     collision, and its free fraction.
     """
     of_joints, of_twists, of_balls, of_centers, columns = 12 * n_joints, 6 * n_joints, 7 * n_balls, 3 * n_bodies, n_joints + 1
-    as_scene = of_boxes if kind == BOXES else as_it_is
+    as_scene, of_stack = of_boxes if kind == BOXES else as_it_is, STACK if is_indexed else 1
 
     @kernel
     def edges(tables, q_a, place, _own, q_out, marks):
@@ -70,7 +73,7 @@ def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, n_balls: int) 
         twist_rows, ball_rows = staged.cuda.local.array(of_twists, np.float64), staged.cuda.local.array(of_balls, np.float64)
         center_rows, placed = staged.cuda.local.array(of_centers, np.float64), staged.cuda.local.array(n_balls, np.int64)
         q, spread = staged.cuda.local.array(n_dof, np.float64), staged.cuda.local.array(n_dof, np.float64)
-        ends, stack = staged.cuda.local.array(_DEPTH, np.float64), staged.cuda.local.array(1, np.int64)
+        ends, stack = staged.cuda.local.array(_DEPTH, np.float64), staged.cuda.local.array(of_stack, np.int64)
         carried = Carried(
             balls, order, first, groups, runs, others, steps, speeds, bends, slacks, joint_rows, twist_rows, ball_rows,
             center_rows, placed, tables[2][place[2]],

@@ -16,13 +16,14 @@ from ulna.collision.world import World
 from ulna.description.arrays import as_count, as_floats, as_number, as_switch
 from ulna.errors import InputError
 from ulna.gpu import device
-from ulna.gpu.collision import DeviceScenes, distance_scratch, distances_of, overlaps_of
+from ulna.gpu.collision import distance_scratch, distances_of, overlaps_of
 from ulna.gpu.device_array import as_own, as_shaped
 from ulna.gpu.edges import EdgeTables, edge_tables, edges_of, near_for
 from ulna.gpu.forces import GpuForces
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
 from ulna.gpu.queue import Queue
 from ulna.gpu.rows import as_float64
+from ulna.gpu.scenes import DeviceScene, DeviceScenes
 from ulna.gpu.search import DeviceResult, DeviceSearch, OnHost, Tables, Unsolved, refuse_targets, tables_of
 from ulna.gpu.single import in_single
 from ulna.gpu.solutions import Asked, DeviceSolutions, all_solutions
@@ -62,7 +63,7 @@ class GpuRobot(GpuForces):
         device.require_device()
         self.robot, self.float32, self._tables = robot, as_switch("float32", float32), {}
         self._searches: dict[Any, Tables] = {}
-        self._edges: tuple[Any, EdgeTables] | None = None
+        self._edges: dict[bool, tuple[DeviceScene, EdgeTables]] = {}  # by whether the robot is checked against itself
         self._scenes = DeviceScenes(robot._checker)  # noqa: SLF001 - a part of it
         self._queue = Queue()
         self._number: Any = np.float32 if self.float32 else np.float64
@@ -154,9 +155,10 @@ class GpuRobot(GpuForces):
             batch, *each = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
             rows = [device.on_device(part) for part in each]
         scene, n = self._scenes.of(world, self_collision, np.float64), len(rows[0])
-        if self._edges is None or self._edges[0] is not scene:
-            self._edges = scene, edge_tables(scene)
-        tables = self._edges[1]
+        known = self._edges.get(self_collision)
+        if known is None or known[0] is not scene:
+            known = self._edges[self_collision] = scene, edge_tables(scene, None if known is None else known[1])
+        tables = known[1]
         near, marks = near_for(scene, n), queue.marks()
         kinds = ((n, tree.n_dof), np.float64), ((n,), np.bool_), ((n,), np.float64)
         q, hits, free = (device.empty(shape, kind, queue.stream) for shape, kind in kinds)

@@ -52,28 +52,36 @@ def nearest_unindexed(scene, body_rows, like, scratch):
 def nearest_indexed(best, scene, body_rows, bound_rows, lane, search, scratch):
     """The nearer of the best pair and those of the robot, in one lane, and the indexed objects.
 
-    search: a stack of nodes, and the lower bounds of their distances.
+    search: a stack of nodes, and the lower bounds of their distances. All lanes do the same, so that the distance of two bodies
+    is compiled for lanes only.
+    """
+    for k in range(scene.bodies.shape[0]):
+        bounds, ours = lane_bounds(bound_rows, k, lane), body_at(scene, k, splat_pose(lane_pose(body_rows, k, lane), best[0]))
+        best = nearest_of_body(best, scene, ours, bounds, search, scratch)
+    return best
 
-    Depth first, the nearest child first; a node known to be farther than the best is pruned. All lanes do the
-    same, so that the distance of two bodies is compiled for lanes only.
+
+@kernel
+def nearest_of_body(best, scene, ours, bounds, search, scratch):
+    """The nearer of the best pair and those of a body (``scene.Posed``) with an AABB, and the indexed objects.
+
+    Depth first, the nearest child first; a node known to be farther than the best is pruned.
     """
     n, like, (stack, heights) = scene.bodies.shape[0], best[0], search
-    for k in range(n):
-        bounds, ours = lane_bounds(bound_rows, k, lane), body_at(scene, k, splat_pose(lane_pose(body_rows, k, lane), like))
-        stack[0], heights[0], top = scene.root, -np.inf, 1
-        while top > 0:
-            top -= 1
-            node, nearest = stack[top], lane_of(best[0], 0)
-            if heights[top] < nearest:
-                if node >= 0:
-                    height = gap_bound(child_gap(scene.nodes, node, bounds))
-                    top = push_children(scene.nodes, node, height, nearest, stack, heights, top)
-                else:
-                    w = -1 - node
-                    theirs = solid_at(scene, w, like)
-                    if may_touch(scene, k, theirs.row):
-                        continue
-                    best = nearer_pair(best, ours, theirs, n + w, scratch)
+    stack[0], heights[0], top = scene.root, -np.inf, 1
+    while top > 0:
+        top -= 1
+        node, nearest = stack[top], lane_of(best[0], 0)
+        if heights[top] < nearest:
+            if node >= 0:
+                height = gap_bound(child_gap(scene.nodes, node, bounds))
+                top = push_children(scene.nodes, node, height, nearest, stack, heights, top)
+            else:
+                w = -1 - node
+                theirs = solid_at(scene, w, like)
+                if may_touch(scene, ours.row, theirs.row):
+                    continue
+                best = nearer_pair(best, ours, theirs, n + w, scratch)
     return best
 
 

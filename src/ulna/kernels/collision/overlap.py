@@ -40,14 +40,20 @@ def pair_overlaps(scene, p, body_rows, hits):
 def overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found):
     """Whether any body of the robot, in one lane, overlaps any indexed object."""
     for k in range(scene.bodies.shape[0]):
-        bounds, top = lane_bounds(bound_rows, k, lane), 1
-        stack[0] = scene.root
-        while top > 0:
-            n_found, top = rows_within(scene.nodes, bounds, stack, top, found)
-            for i in range(n_found):
-                theirs = solid_at(scene, found[i], 0.0)
-                if may_touch(scene, k, theirs.row):
-                    continue
-                if rows_overlap(body_at(scene, k, lane_pose(body_rows, k, lane)), theirs, 1.0):
-                    return True
+        ours, bounds = body_at(scene, k, lane_pose(body_rows, k, lane)), lane_bounds(bound_rows, k, lane)
+        if body_overlaps_indexed(scene, ours, bounds, stack, found):
+            return True
+    return False
+
+
+@kernel
+def body_overlaps_indexed(scene, ours, bounds, stack, found):
+    """Whether a body (``scene.Posed``) with an AABB overlaps any indexed object."""
+    stack[0], top = scene.root, 1
+    while top > 0:
+        n_found, top = rows_within(scene.nodes, bounds, stack, top, found)
+        for i in range(n_found):
+            theirs = solid_at(scene, found[i], 0.0)
+            if not may_touch(scene, ours.row, theirs.row) and rows_overlap(ours, theirs, 1.0):
+                return True
     return False
