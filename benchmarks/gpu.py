@@ -32,7 +32,8 @@ _SAMPLE = 2000  # results that the CPU computes again
 # Required problems per second, on an H200.
 GOALS = {
     "poses": 1e9, "Jacobians": 5e8, "in_collision, 1 box": 2e8, "in_collision, 20 boxes": 5e7, "in_collision, 100 boxes": 1e7,
-    "inverse_kinematics, 1e-5": 1e7, "inverse_dynamics": 2e9, "all_solutions, UR5": 5e8,
+    "in_collision, cloud of 10^5 points": 2e7, "inverse_kinematics, 1e-5": 1e7, "inverse_dynamics": 2e9,
+    "all_solutions, UR5": 5e8,
 }  # fmt: skip
 UR5 = [
     (0, 0.089159, np.pi / 2, 0), (-0.425, 0, 0, 0), (-0.39225, 0, 0, 0),
@@ -199,6 +200,43 @@ def distances(bench: Bench, robot: ulna.Robot, q: Any) -> None:
     )  # fmt: skip
 
 
+def clouds(bench: Bench, robot: ulna.Robot, q: Any) -> None:
+    """Collisions beside a cloud of a camera, and the next image."""
+    on_gpu, there, n = robot.on_gpu(), cuda.to_device(q), len(q)
+    some, world = q[:_SAMPLE], ulna.World()
+    images = [_image(k, min(300_000, 100 * n)) for k in range(2)]
+    world.add("seen", ulna.PointCloud(images[0][:: max(1, len(images[0]) // 100_000)], 0.004))
+    bench.rate(
+        "in_collision, cloud of 10^5 points", n, 57, lambda: on_gpu.in_collision(there, world), differs(robot, some, world, 1e-9)
+    )
+    bench.rate(
+        "signed_distance, cloud of 10^5 points", n, 64, lambda: on_gpu.signed_distance(there, world),
+        off(robot.signed_distance(some, world)),
+    )  # fmt: skip
+    ends = q + np.random.default_rng(6).normal(scale=0.2, size=q.shape)
+    end, expected = cuda.to_device(ends), robot.edge_in_collision(some, ends[:_SAMPLE], world).in_collision
+    bench.rate(
+        "edge_in_collision, cloud of 10^5 points", n, 8 * 21 + 9, lambda: on_gpu.edge_in_collision(there, end, world),
+        lambda found: float(np.mean(host(found.in_collision) != expected) > 1e-3),
+    )  # fmt: skip
+    one, order = there[:1], iter(range(1 << 30))
+
+    def next_image() -> Any:
+        world.update("seen", images[next(order) % 2])
+        return on_gpu.in_collision(one, world)
+
+    bench.rate(
+        f"update of a cloud of {len(images[0])} points, and one in_collision", 1, 12 * len(images[0]), next_image,
+        lambda found: float(host(found)[0] != robot.in_collision(q[0], world)),
+    )  # fmt: skip
+
+
+def _image(k: int, n: int) -> Any:
+    """Points of a bent wall as a camera sees it."""
+    y, z = np.meshgrid(np.linspace(-0.8, 0.8, max(2, n // 500)), np.linspace(0.0, 1.1, min(n, 500)))
+    return np.stack([0.5 + 0.1 * np.sin(5.0 * y + k), y, z], axis=-1).reshape(-1, 3).astype(np.float32)
+
+
 def inverse(bench: Bench, robot: ulna.Robot, q: Any) -> None:
     """Searches, with and without a world; the CPU's forward kinematics verifies and counts the solutions."""
     on_gpu, world, n = robot.on_gpu(), boxes(1), len(q)
@@ -305,6 +343,7 @@ def main(arguments: list[str] | None = None) -> None:
     methods(bench, panda, q, float32=True)
     forces(bench, panda, q)
     distances(bench, panda, part)
+    clouds(bench, panda, part)
     inverse(bench, panda, part)
     closed_forms(bench, panda, min(n, 1 << 21))
     calls(bench, panda, part)

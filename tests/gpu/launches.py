@@ -23,7 +23,7 @@ from ulna.engine.records import Record
 from ulna.gpu import device, scenes
 from ulna.gpu.single import in_single
 
-NAMES = "collision", "edges", "forward", "queue", "robot", "rows", "search", "solutions", "forces"
+NAMES = "cloud_trees", "collision", "edges", "forward", "queue", "robot", "rows", "search", "solutions", "forces"
 MODULES = [importlib.import_module(f"ulna.gpu.{name}") for name in NAMES]
 launches: list[dict] = []
 sources: dict[FunctionType, list] = {}

@@ -16,6 +16,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 
 from numba import from_dtype, types
 
+from ulna.gpu import cloud_trees
 from ulna.gpu.collision import distances_of, overlaps_of
 from ulna.gpu.edges import edges_of
 from ulna.gpu.forward import frames_of, jacobians_of, poses_of
@@ -35,6 +36,7 @@ FLAG, NEXT, INDICES = types.Array(types.int32, 1, "C"), types.Array(types.int64,
 BOOLS, BOOLS_2 = (types.Array(types.boolean, n, "C") for n in (1, 2))
 COLUMNS, BITS = types.Array(types.int64, 1, "C"), types.Array(types.int8, 1, "C")
 SETTINGS, RESULTS = (types.Array(from_dtype(of.structure), 1, "C") for of in (SearchSettings, SearchResult))
+COUNTS, BALL = types.Array(types.int32, 1, "C"), types.UniTuple(types.float64, 14)
 JOBS = types.Tuple((NEXT, NEXT, *(types.int64,) * 4))
 WHOLES = (types.int64,) * 3  # root, first and end
 SCENE = types.NamedTuple((A2, A2, A2, INDICES, A2, A2, A2, *WHOLES, BOOLS_2), Scene)
@@ -58,16 +60,16 @@ DRIVERS = {
     "frames": (frames_of(N_DOF, JOINTS, FRAMES), of_rows((A2, A2)), 74, 0),
     "overlaps of boxes": (overlaps_of(*SIZES, BOXES, False), of_rows((SCENE,), BOOLS_2), 134, 0),
     "overlaps of any shapes": (overlaps_of(*SIZES, ANY, False), of_rows((SCENE,), BOOLS_2), 255, 88),
-    "overlaps of many boxes": (overlaps_of(*SIZES, BOXES, True), of_rows((SCENE,), BOOLS_2), 255, 0),
-    "overlaps of clouds": (overlaps_of(*SIZES, ANY, True), of_rows((SCENE,), BOOLS_2), 255, 0),
+    "overlaps of many boxes": (overlaps_of(*SIZES, BOXES, True), of_rows((SCENE,), BOOLS_2), 182, 0),
+    "overlaps of clouds": (overlaps_of(*SIZES, ANY, True), of_rows((SCENE,), BOOLS_2), 255, 158),
     "distances of boxes": (distances_of(*SIZES, BOXES, False), of_rows((SCENE,)), 255, 64),
     "distances of closed form": (distances_of(*SIZES, CLOSED, False), of_rows((SCENE,)), 255, 200),
     "distances of any shapes": (distances_of(*SIZES, ANY, False), of_rows((SCENE, A3, A3, A3)), 255, 420),
-    "distances of clouds": (distances_of(*SIZES, CLOSED, True), of_rows((SCENE,)), 255, 0),
-    "distances of clouds and any shapes": (distances_of(*SIZES, ANY, True), of_rows((SCENE, A3, A3, A3)), 255, 0),
+    "distances of clouds": (distances_of(*SIZES, CLOSED, True), of_rows((SCENE,)), 255, 44),
+    "distances of clouds and any shapes": (distances_of(*SIZES, ANY, True), of_rows((SCENE, A3, A3, A3)), 255, 766),
     "edges of boxes": (edges_of(*SIZES, BOXES, False, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 200),
     "edges of any shapes": (edges_of(*SIZES, ANY, False, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 2032),
-    "edges of clouds": (edges_of(*SIZES, ANY, True, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 2032),
+    "edges of clouds": (edges_of(*SIZES, ANY, True, BALLS), of_rows(OF_EDGES, A2, OF_FREE), 255, 2108),
     "gravity torques": (gravity_of(N_DOF, JOINTS), of_rows(OF_FALL), 54, 0),
     "mass matrices": (masses_of(N_DOF, JOINTS), of_rows(OF_FALL), 77, 0),
     "inverse dynamics": (inverse_of(N_DOF, JOINTS, 2), of_rows(OF_MOTIONS), 70, 0),
@@ -82,6 +84,14 @@ DRIVERS = {
     ),
     "choice": (choose, (JOBS, A2, RESULTS, BOOLS_2, A2, RESULTS, NEXT, NEXT, NEXT), 127, 0),
     "turned": (turned_of(), of_rows((A2,), A2, MARKS, A3), 64, 0),
+    "extents of points": (cloud_trees.write_extents, (A2, A2), 36, 0),
+    "keys of points": (cloud_trees.write_keys, (A2, A2, NEXT), 34, 0),
+    "counts of digits": (cloud_trees.count_digits, (NEXT, types.int64, types.int64, COUNTS), 36, 0),
+    "sums of counts": (cloud_trees.accumulate, (COUNTS,), 34, 0),
+    "moves by digit": (cloud_trees.move_by_digit, (NEXT, types.int64, types.int64, COUNTS, NEXT), 36, 0),
+    "leaves of points": (cloud_trees.write_leaves, (A2, NEXT, BALL, types.UniTuple(types.int64, 2), A2), 53, 0),
+    "levels of a tree": (cloud_trees.write_levels, (types.int64, types.int64, A2), 44, 0),
+    "a tree of trees": (cloud_trees.join, (types.UniTuple(types.int64, 8), types.int64, A2), 38, 0),
     "branches": (branches_of(), of_rows((A2, A2, A1, COLUMNS, A2), A2, OF_BRANCHES, A3), 255, 282),
 }
 

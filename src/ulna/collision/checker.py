@@ -267,7 +267,11 @@ class Checker:
 
     def scene_of(self, world: World | None, self_collision: bool) -> Scene:
         """The robot with a world, as a scene for the kernels."""
-        return self._scene(_objects_of(world), self_collision).scene
+        return self.scene_among(_objects_of(world), self_collision)
+
+    def scene_among(self, objects: Objects, self_collision: bool) -> Scene:
+        """The robot with objects, as a scene for the kernels."""
+        return self._scene(objects, self_collision).scene
 
     def scene_and_objects(self, world: World | None) -> tuple[BoundScene, Objects]:
         """The robot with itself and a world, bound to the entries; and the world's objects."""

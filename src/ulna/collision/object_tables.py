@@ -167,6 +167,10 @@ class ObjectTables:
             found.append(Moving(name, int(row[OBJECT]), speed, n_updates[name], poses[name], radius, name not in self._unindexed))
         return tuple(found)
 
+    def ball_row(self, name: str) -> int:
+        """The row of a cloud's ball in the last layout."""
+        return self._compounds[name].rows.start
+
     def _add(self, name: str, shape: Obstacle, T: Array, links: frozenset[str]) -> None:
         touch_set = self._sets.setdefault(links, len(self._sets))
         if not isinstance(shape, Box | HeightMap | VoxelGrid):

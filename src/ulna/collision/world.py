@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import cache, partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,22 @@ from ulna.notebook.tables import table
 
 _MAX_SHOWN = 6  # objects
 _CONTENTS = "_shapes", "_poses", "_touch_links", "_speeds", "_update_numbers"
+
+
+class WorldState(NamedTuple):
+    """The objects of a world at one moment, by name. Shapes and poses are the world's own.
+
+    Attributes:
+        number: The number of changes of the world until then.
+        shapes: The shapes.
+        poses: T_base_object, shape (4, 4).
+        touch_links: The links that may touch an object, if there are any.
+    """
+
+    number: int
+    shapes: dict[str, Obstacle]
+    poses: dict[str, NDArray[np.float64]]
+    touch_links: dict[str, frozenset[str]]
 
 
 class World:
@@ -371,6 +388,13 @@ class World:
                     objects.moving = tables.moving(self._speeds, self._update_numbers, self._poses)
                 self._objects, self._tables, self._changed = objects, tables, {}
             return self._objects
+
+    def changed_since(self, number: int) -> WorldState | None:
+        """The objects, if there was a change after a number of changes; a snapshot."""
+        with self._lock:
+            if number == self._n_updates:
+                return None
+            return WorldState(self._n_updates, dict(self._shapes), dict(self._poses), dict(self._touch_links))
 
     def _mark_changed(self, name: str, *, pose_alone: bool = False) -> None:
         """Mark an object as changed, for the next layout and for a servo.

@@ -14,7 +14,7 @@ from ulna.engine.decorators import kernel
 from ulna.gpu import device, staged
 from ulna.gpu.collision import as_it_is, of_boxes
 from ulna.gpu.scenes import BOXES, DeviceScene
-from ulna.kernels.collision.ball_motion import INSTANT, fastest_ball, place_balls, world_rounding, write_motion
+from ulna.kernels.collision.ball_motion import INSTANT, ROUNDING, fastest_ball, place_balls, world_rounding, write_motion
 from ulna.kernels.collision.bvh import STACK
 from ulna.kernels.collision.collision_layout import STEP_LENGTH, STEP_WIDTH
 from ulna.kernels.collision.interval import self_outcome, world_outcome
@@ -41,8 +41,10 @@ def edge_tables(scene: DeviceScene, known: EdgeTables | None = None) -> EdgeTabl
     """The tables of a scene; known: those of the same robot with another world."""
     if known is None:
         carried = carried_by(scene.on_host)
-        known = EdgeTables(*map(device.on_device, (*carried[:6], carried.steps[:, STEP_LENGTH])), 0.0)
-    return known._replace(of_world=float(world_rounding(scene.on_host)))
+        balls, order, first, groups, runs, others, lengths = map(device.on_device, (*carried[:6], carried.steps[:, STEP_LENGTH]))
+        known = EdgeTables(balls, order, first, groups, runs, others, lengths, 0.0)
+    of_clouds = max((4.0 * ROUNDING * placed.farthest for placed in scene.clouds), default=0.0)
+    return known._replace(of_world=max(float(world_rounding(scene.on_host)), of_clouds))
 
 
 def near_for(scene: DeviceScene, n: int) -> Any:

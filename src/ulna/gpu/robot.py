@@ -117,7 +117,7 @@ class GpuRobot(GpuForces):
             GeometryError: As ``in_collision``.
         """
         n = prod(np.shape(q)[:-1])
-        scene = self._scenes.of(world, self_collision, np.float64)
+        scene = self._scenes.of(world, self_collision, np.float64, self._queue.stream)
         scratch, at_most = distance_scratch(scene, n)
         return self._over_q(
             distances_of(*scene.sizes), (*scene.tables, *scratch), q, (), number=np.float64, at_most=at_most, out=out
@@ -154,7 +154,7 @@ class GpuRobot(GpuForces):
             one = starts.ndim == ends.ndim == 1
             batch, *each = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
             rows = [device.on_device(part) for part in each]
-        scene, n = self._scenes.of(world, self_collision, np.float64), len(rows[0])
+        scene, n = self._scenes.of(world, self_collision, np.float64, self._queue.stream), len(rows[0])
         known = self._edges.get(self_collision)
         if known is None or known[0] is not scene:
             known = self._edges[self_collision] = scene, edge_tables(scene, None if known is None else known[1])
@@ -347,7 +347,7 @@ class GpuRobot(GpuForces):
 
     def _any_touch(self, q: Any, world: World | None, self_collision: bool, number: Any, out: Any = None) -> Any:
         """Whether anything touches; boxes are checked over ``number``."""
-        scene = self._scenes.of(world, self_collision, number)
+        scene = self._scenes.of(world, self_collision, number, self._queue.stream)
         return self._over_q(overlaps_of(*scene.sizes), scene.tables, q, (), number=scene.number, dtype=np.bool_, out=out)
 
     def _rows(self, q: Any, number: Any) -> Any:
@@ -398,7 +398,7 @@ class GpuRobot(GpuForces):
 
     def _touching(self, world: World) -> Any:
         """A collision test for configurations (k, n_dof) on the device with a world: bools of shape (k, 1) there."""
-        scene, queue = self._scenes.of(world, True, np.float64), self._queue
+        scene, queue = self._scenes.of(world, True, np.float64, self._queue.stream), self._queue
 
         def touching(q: Any) -> Any:
             hits = device.empty((len(q), 1), np.bool_, queue.stream)

@@ -13,10 +13,18 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 from numba import cuda
 
 import ulna
-from ulna.gpu import scenes, search
+from ulna.collision import object_tables
+from ulna.collision.arena import Arena
+from ulna.collision.entries.morton_order import NUMBER, NUMBER_BITS
+from ulna.collision.object_tree import max_cloud_nodes, write_cloud
+from ulna.collision.objects import numbers_below, table_of
+from ulna.gpu import cloud_trees, scenes, search
+from ulna.gpu.cloud_trees import CloudTrees, PlacedCloud, sorted_keys, write_tree
+from ulna.kernels.collision.collision_layout import CHILD, NODE_ROWS, PLACES
+from ulna.kernels.layout import BODY_WIDTH
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
-N = 6 if SIMULATED else 20_000
+N = 3 if SIMULATED else 20_000
 POINTS = 200 if SIMULATED else 100_000
 RADIUS = 0.03 if SIMULATED else 0.004
 if not cuda.is_available():
@@ -62,7 +70,8 @@ def seen():
 def furnished():
     """Two clouds, terrain, and single solids; some may be touched."""
     world = seen()
-    world.add("crowd", ulna.PointCloud(wall(2, POINTS // 2).astype(np.float32), RADIUS), ulna.pose((-0.9, 0.1, 0.0), (0, 0, 2.0)))
+    crowd, T = ulna.PointCloud(wall(2, POINTS // 2).astype(np.float32), RADIUS), ulna.pose((-0.9, 0.1, 0.0), (0, 0, 2.0))
+    world.add("crowd", crowd, T, touch_links=["panda_link7", "panda_hand"])
     world.add("ground", ulna.HeightMap(np.random.default_rng(5).uniform(-0.3, -0.2, (6, 6)), 0.3), touch_links=["panda_link0"])
     world.add("ball", ulna.Sphere(0.1), ulna.pose((0.3, 0.4, 0.7)), touch_links=["panda_hand"])
     world.add("box", ulna.Box((0.1, 0.2, 0.3)), ulna.pose((-0.3, 0.3, 0.5), (1, 0, 0)))
@@ -126,44 +135,112 @@ def test_solutions_are_clear_of_a_cloud(panda, on_gpu):
     assert not panda.in_collision(found.q, world).any()
 
 
-def test_a_change_of_a_world_is_seen_and_copies_what_is_new_alone(panda, on_gpu, q, monkeypatch):
-    world, copied = furnished(), []
+def noted(calls, function, note):
+    def call(*arguments):
+        found = function(*arguments)
+        calls.append(note(*arguments, found))
+        return found
+
+    return call
+
+
+def test_a_change_of_a_world_is_seen_and_copies_and_builds_what_is_new_alone(panda, on_gpu, q, monkeypatch):
+    world, copied, built = furnished(), [], []
     check(panda, on_gpu, q, world)
-    monkeypatch.setattr(scenes, "few_numbers_below", noted(copied, scenes.few_numbers_below))
-    of = scenes.ArenaCopy._copied
-
-    def counted(self, name, part, end):
-        there, first = of(self, name, part, end)
-        copied.append((name, end - first))
-        return there, first
-
-    monkeypatch.setattr(scenes.ArenaCopy, "_copied", counted)
-    for change in (
-        lambda: world.move("box", ulna.pose((-0.3, -0.3, 0.5))),
-        lambda: world.update("wall", wall(3, POINTS // 4)),
-        lambda: world.move("crowd", ulna.pose((0.1, 0.0, 0.1))),
-        lambda: world.remove("ground"),
-        lambda: world.add("post", ulna.Capsule(0.05, 0.5), ulna.pose((0.4, 0.0, 0.6))),
+    of_arena = noted(copied, scenes.ArenaCopy._copied, lambda *given: (given[1], given[3] - given[-1][1]))
+    monkeypatch.setattr(scenes.ArenaCopy, "_copied", of_arena)
+    monkeypatch.setattr(cloud_trees, "write_tree", noted(built, write_tree, lambda placed, *_: len(placed.cloud.points)))
+    for change, n_built in (
+        (lambda: world.move("box", ulna.pose((-0.3, -0.3, 0.5))), []),
+        (lambda: world.update("wall", wall(3, POINTS - 1)), [POINTS - 1]),
+        (lambda: world.move("crowd", ulna.pose((0.1, 0.0, 0.1))), [POINTS // 2]),
+        (lambda: world.remove("ground"), []),
+        (lambda: world.add("post", ulna.Capsule(0.05, 0.5), ulna.pose((0.4, 0.0, 0.6))), []),
     ):
         change()
         copied.clear()
+        built.clear()
         check(panda, on_gpu, q, world)
-        rows = {name: n for name, n in copied if name != "tree"}
-        assert 0 < rows["objects"] < 20
-        assert rows["nodes"] < len(world.objects().layout.nodes) / 2, "the other nodes are there already"
-        assert len(copied) == 4, "the second call finds the scene on the device"
-    for k in range(4):  # until the arena is full and another one takes its place
-        world.update("wall", wall(k))
-        check(panda, on_gpu, q[:2], world)
-    assert max(n for name, n in copied if name == "nodes") > 7
+        assert built == n_built
+        assert [name for name, _ in copied] == ["objects", "points", "nodes"], "the second call finds the scene on the device"
+        assert max(n for _, n in copied) <= 7
+    world.remove("crowd")
+    world.remove("wall")
+    world.add("ground", ulna.HeightMap(np.full((5, 5), 0.2), 0.3))
+    check(panda, on_gpu, q, world)
 
 
-def noted(calls, function):
-    def call(*arguments):
-        calls.append(("tree", 0))
-        return function(*arguments)
+def test_worlds_take_turns(panda, on_gpu, q):
+    worlds = seen(), terrain()
+    for world in (*worlds, None, *worlds):
+        check(panda, on_gpu, q[:3], world)
 
-    return call
+
+def test_more_clouds_than_one_node_has_places_for_are_indexed_by_the_cpu(panda, q, monkeypatch):
+    monkeypatch.setattr(scenes, "MAX_CLOUDS", 1)
+    on_gpu, world = panda.on_gpu(), furnished()
+    assert [len(placed.cloud.points) for placed in on_gpu._scenes.of(world, True, np.float64).clouds] == [POINTS]
+    check(panda, on_gpu, q, world)
+
+
+def test_an_arena_that_is_full_is_copied_to_another(panda, q, monkeypatch):
+    monkeypatch.setattr(object_tables, "_SPARE", 4)
+    on_gpu, world, copies = panda.on_gpu(), furnished(), set()
+    for k in range(4):
+        world.move("ground", ulna.pose((0.0, 0.0, 0.01 * k)))
+        check(panda, on_gpu, q[:1], world)
+        copies.add(id(on_gpu._scenes._arena._copies["objects"][1]))
+    assert len(copies) > 1
+
+
+def points_of(n, dtype=np.float64):
+    points = np.random.default_rng(n).uniform(-1.0, 1.0, (n, 3)).astype(dtype)
+    points[n // 2 :, 0] = 0.25  # a plane
+    return points
+
+
+def test_keys_are_sorted_by_their_codes():
+    points = points_of(300 if SIMULATED else 300_000, np.float32)
+    keys = sorted_keys(cuda.to_device(points), 0).copy_to_host()
+    assert (np.sort(keys & NUMBER) == np.arange(len(points))).all()
+    codes = keys >> NUMBER_BITS
+    assert (np.diff(codes) >= 0).all()
+    of_same = np.diff(codes) == 0
+    assert (np.diff(keys & NUMBER)[of_same] > 0).all(), "equal codes keep their order"
+    one_place = sorted_keys(cuda.to_device(np.full((20, 3), 0.5)), 0).copy_to_host()
+    assert (one_place == np.arange(20)).all()
+
+
+@pytest.mark.parametrize("n", [1, 8, 9, 65, 200] + ([] if SIMULATED else [300_000, 1_000_000]))
+def test_a_tree_has_every_point_and_is_that_of_the_cpu(n, monkeypatch):
+    monkeypatch.setattr(cloud_trees, "_BITS", 6)  # as the CPU has them for few points; compiled code has its own
+    cloud, T, first = (
+        ulna.PointCloud(points_of(n, np.float32 if n % 2 else np.float64), 0.01),
+        ulna.pose((0.1, 0.2, 0.3), (1, 2, 0.3)),
+        3,
+    )
+    placed, there = (
+        PlacedCloud(cloud, T, 0),
+        cuda.device_array((NODE_ROWS * (first + CloudTrees.room((PlacedCloud(cloud, T, 0),))), 8)),
+    )
+    write_tree(placed, there, first, 0)
+    nodes, root = there.copy_to_host(), first + cloud_trees._root(n)
+    numbers = numbers_below(nodes, PLACES * root)
+    solids = table_of(np.zeros((1, BODY_WIDTH)), nodes, numbers)[:, 3:12:4]
+    expected = cloud.points @ T[:3, :3].T + T[:3, 3]
+    assert np.allclose(solids[np.lexsort(solids.round(9).T)], expected[np.lexsort(expected.round(9).T)], atol=1e-6)
+    rows = nodes[NODE_ROWS * root : NODE_ROWS * (root + 1)]
+    assert np.allclose(rows[:3].min(axis=1), expected.min(axis=0) - placed.reach, atol=1e-6)
+    assert np.allclose(rows[3:CHILD].max(axis=1), expected.max(axis=0) + placed.reach, atol=1e-6)
+    if SIMULATED:
+        arena = Arena(1, 0, max_cloud_nodes(n))
+        tree = write_cloud(arena, cloud, T, 0)
+        assert root == first + tree.root // PLACES
+        ours, theirs = (
+            array.reshape(-1, NODE_ROWS, 8)[k : k + arena.n_nodes].copy() for array, k in ((nodes, first), (arena.nodes, 0))
+        )
+        ours[cloud_trees._lowest(n)[0] :, CHILD] -= PLACES * first
+        assert np.array_equal(ours, theirs, equal_nan=True)
 
 
 def test_a_scene_of_few_solids_has_no_tree_on_the_device(panda, on_gpu, q):

@@ -7,7 +7,7 @@ but the last of a level are full. The root is the last node. There is always one
 import numpy as np
 
 from ulna.collision.entries.morton_order import NUMBER, sorted_keys
-from ulna.engine.decorators import entry, routine
+from ulna.engine.decorators import entry, kernel, routine
 from ulna.engine.lanes import WIDTH, empty_rows, load, load_columns, splat, store
 from ulna.engine.signatures import MATRIX, NUMBERS, POINTS, POINTS_32, WHOLE
 from ulna.engine.signatures import NUMBER as PLAIN
@@ -94,23 +94,34 @@ def write_levels(nodes, first, n):
     while n > 1:
         above = first + n
         for k in range(n):
-            source, i, lane = NODE_ROWS * (first + k), NODE_ROWS * (above + k // WIDTH), k % WIDTH
-            for axis in range(3):
-                low, high = nodes[source + axis, 0], nodes[source + 3 + axis, 0]
-                for child in range(1, WIDTH):
-                    low, high = min(low, nodes[source + axis, child]), max(high, nodes[source + 3 + axis, child])
-                nodes[i + axis, lane], nodes[i + 3 + axis, lane] = low, high
-            nodes[i + CHILD, lane] = float(PLACES * (first + k))
+            write_lane_above(nodes, first + k, NODE_ROWS * (above + k // WIDTH), k % WIDTH)
         clear_rest(nodes, above, n)
         first, n = above, (n + WIDTH - 1) // WIDTH
     return first
+
+
+@kernel
+def write_lane_above(nodes, number, i, lane):
+    """Write the AABB and the place of a node of AABBs to a lane of the node above, whose first row is i."""
+    source = NODE_ROWS * number
+    for axis in range(3):
+        low, high = nodes[source + axis, 0], nodes[source + 3 + axis, 0]
+        for child in range(1, WIDTH):
+            low, high = min(low, nodes[source + axis, child]), max(high, nodes[source + 3 + axis, child])
+        nodes[i + axis, lane], nodes[i + 3 + axis, lane] = low, high
+    nodes[i + CHILD, lane] = float(PLACES * number)
 
 
 @routine
 def clear_rest(nodes, first, n):
     """Write to the last node of those from ``first`` on, which have n children, that it has no more."""
     for k in range(n, WIDTH * ((n + WIDTH - 1) // WIDTH)):
-        i, lane = NODE_ROWS * (first + k // WIDTH), k % WIDTH
-        for axis in range(3):
-            nodes[i + axis, lane], nodes[i + 3 + axis, lane] = NOWHERE, -NOWHERE
-        nodes[i + CHILD, lane] = np.nan
+        clear_lane(nodes, NODE_ROWS * (first + k // WIDTH), k % WIDTH)
+
+
+@kernel
+def clear_lane(nodes, i, lane):
+    """Write that a node of AABBs has no child in a lane. i: its first row."""
+    for axis in range(3):
+        nodes[i + axis, lane], nodes[i + 3 + axis, lane] = NOWHERE, -NOWHERE
+    nodes[i + CHILD, lane] = np.nan
