@@ -194,6 +194,11 @@ def on_host(array: Any, stream: Any = 0) -> NDArray[Any]:
     return out
 
 
+def card() -> int:
+    """The number of the card that Numba has selected in this thread."""
+    return getattr(cuda.get_current_device(), "id", 0)  # the simulator's has none
+
+
 def free_memory() -> float:
     """The device's free memory, in bytes; infinite in the simulator."""
     return cuda.current_context().get_memory_info()[0]

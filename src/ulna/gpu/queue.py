@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.errors import InputError
+from ulna.errors import DeviceError, InputError
 from ulna.gpu import device
 from ulna.gpu.device_array import cuda
 
@@ -20,13 +20,29 @@ class Queue:
     """The stream of a robot's calls, and the flags that their problems set.
 
     Attributes:
-        stream: The stream of launches; 0: the default stream.
         is_deferring: Whether calls return without waiting for the device.
     """
 
     def __init__(self) -> None:
-        self.stream, self.is_deferring, self._unseen = 0, False, []
+        self._stream, self._card, self.is_deferring, self._unseen = 0, device.card(), False, []
         self._all, self._each = None, []
+
+    @property
+    def stream(self) -> Any:
+        """The stream of launches; 0: the default stream. Raises the error of ``refuse_other_card``."""
+        self.refuse_other_card()
+        return self._stream
+
+    def refuse_other_card(self) -> None:
+        """Refuse a call while another card is selected than when the queue was made.
+
+        Raises:
+            DeviceError: Numba has selected another card.
+        """
+        card = device.card()
+        if card != self._card:
+            remedy = f"call numba.cuda.select_device({self._card}), or on_gpu() again"
+            raise DeviceError(f"the robot's tables are on card {self._card}, but Numba has selected card {card}; {remedy}")
 
     def marks(self) -> device.Tables:
         """A cleared flag, an int32 on the device, shape (1,): the marks of a launch."""
@@ -36,6 +52,11 @@ class Queue:
             self._all = device.on_device(np.zeros(_FLAGS, dtype=np.int32))
             self._each = [device.Tables((self._all[k : k + 1],)) for k in range(_FLAGS)]
         return self._each[len(self._unseen)]
+
+    @cached_property
+    def zeros(self) -> Any:
+        """Two zeros, int64 on the device."""
+        return device.on_device(np.zeros(2, dtype=np.int64))
 
     @cached_property
     def spare(self) -> device.Tables:
@@ -67,14 +88,14 @@ class Queue:
         """Within the block, calls do not wait; its end raises errors of invalid arguments. See ``GpuRobot.checked``."""
         if self.is_deferring:
             raise InputError("checked", "calls are deferred already; one block ends before another begins")
-        before, self.stream, self.is_deferring = self.stream, self.stream if stream is None else as_stream(stream), True
+        before, self._stream, self.is_deferring = self.stream, self.stream if stream is None else as_stream(stream), True
         try:
             yield
             self.look()
         finally:
             if self._unseen:  # an error ended the block: the next calls need fresh flags
                 self._all = None
-            self.stream, self.is_deferring, self._unseen = before, False, []
+            self._stream, self.is_deferring, self._unseen = before, False, []
 
 
 def as_stream(stream: Any) -> Any:

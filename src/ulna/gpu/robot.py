@@ -383,6 +383,7 @@ class GpuRobot(GpuForces):
     def _kept(self, key: Any, make: Any) -> device.Tables:
         """Tables on the device, copied there once."""
         if key not in self._tables:
+            self._queue.refuse_other_card()
             self._tables[key] = device.Tables(make())
         return self._tables[key]
 

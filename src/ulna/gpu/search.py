@@ -147,7 +147,8 @@ class DeviceSearch:
             return device.empty((0,), np.int64, stream)
         in_place = not len(jobs.order) and jobs.runs == 1
         q, info = results[:2] if in_place else self._empty(jobs.n)
-        counts = device.on_device(np.zeros(2, dtype=np.int64))
+        counts = device.empty((2,), np.int64, stream)
+        counts.copy_to_device(self.queue.zeros, stream=stream)  # on the device; a copy from the host would wait
         grid = device.blocks(min(jobs.n, _SEARCHES)), device.THREADS, stream
         device.compiled(searches_of(q.shape[1]))[grid](*self.tables, tuple(jobs), targets, q, info, (flag, counts))
         hits = device.empty((0, 1), np.bool_, stream) if self.collides is None else self.collides(q)

@@ -289,6 +289,16 @@ def test_what_has_closed_forms_is_measured_without_scratch(panda, on_gpu, q, mon
         on_gpu.signed_distance(q, round_cell())
 
 
+def test_a_call_while_another_card_is_selected_is_refused(panda, q, monkeypatch):
+    on_gpu, selected = panda.on_gpu(), device.card()
+    monkeypatch.setattr(device, "card", lambda: selected + 1)
+    for call in (on_gpu.forward_kinematics, on_gpu.in_collision, on_gpu.signed_distance, on_gpu.gravity_torque):
+        with pytest.raises(ulna.DeviceError, match=rf"card {selected + 1}.*select_device\({selected}\)"):
+            call(q)
+    monkeypatch.undo()
+    np.testing.assert_allclose(on_gpu.forward_kinematics(q[0]), panda.forward_kinematics(q[0]), atol=1e-12)
+
+
 def test_a_seed_and_a_task_are_taken(panda, on_gpu, q):
     T = panda.forward_kinematics(q[:HARD])
     result = on_gpu.inverse_kinematics(T, q[:HARD])
