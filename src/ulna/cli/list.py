@@ -37,7 +37,7 @@ def _words(robot: KnownRobot) -> str:
 
 
 def list_table(data) -> Iterator[RenderableType]:
-    """Show a table of the arms that come with Ulna, one of the robots in packages, and the packages that add more."""
+    """Show the arms that come with Ulna, the robots in packages, and the packages that add more."""
     bundled = make_table(["arm", "model"], ["kg", "m"], ["also called"])
     packaged = make_table(["robot", "also called", "package"], [], [""])
     for robot in data["robots"]:
