@@ -93,6 +93,7 @@ def docstrings_of(source: str) -> Iterator[Piece]:
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and (text := ast.get_docstring(node)):
             text = re.sub(r"(?m)^\s*>>> .*\n(\s*\S.*\n?)*", "\n", text + "\n")  # examples
             text = re.sub(r"(?m)^( {4,}\S.*\n)+(?=\n|\Z)", "", text) if "::\n" in text else text
+            text = re.sub(r"(?m)^=+( =+)+\n(.*\n)*?=+( =+)+$", "", text)  # tables
             text = re.sub(r"``[^`]*``|`[^`]*`", "X", text)
             parts = re.split(r"\n\s*\n|\n(?=\s*(?:[-*] |\d+\. |\w[\w, *]*: ))", text)
             yield Piece(node.body[0].lineno, [" ".join(part.split()) for part in parts if part.strip()], is_docstring=True)

@@ -2,31 +2,31 @@
 
 Plain numbers only, so that descriptions can be read without a compiler.
 
-One table serves every robot, so one compilation does. A row of the table of joints is a moving joint, which acts about or
-along the z axis of its own frame (``kinematics.tree`` turns the frames so that this holds):
+Every robot has tables of the same layout, so the kernels are compiled once. A row of the table of joints is a moving joint.
+It rotates about, or slides along, the z axis of its own frame (``kinematics.tree`` rotates the frames so that this holds):
 
 ====== =========================================================================================================
 0..11  T_parent_joint at zero, a pose (see the package): the joint's frame in the frame of the joint before it
-KIND   REVOLUTE, PRISMATIC or FIXED (the last row of a chain: the link's own offset, which no joint moves)
-COLUMN which entry of q drives it
+KIND   REVOLUTE, PRISMATIC or FIXED (the last row of a chain: the constant offset of its link)
+COLUMN the entry of q that drives the joint
 RATIO  and OFFSET: the joint's angle or distance is RATIO * q[COLUMN] + OFFSET (a mimic joint has its own ratio)
-PARENT the row of the joint before it, BASE for the first; in a chain always the row above
+PARENT the row of the joint before it, BASE for the first joint; in a chain always the row above
 ====== =========================================================================================================
 
 A row of a table of frames (links, or collision shapes) is a frame fixed to a joint: 0..11 its pose in the
 joint's frame, JOINT the joint's row or BASE, AT_JOINT 1 if that pose is the identity.
 
-A row of a table of bodies is a frame with a shape. A solid of the world is fixed to the base; for JOINT it has OBJECT, the number
-of the object that it is part of, and for AT_JOINT it has TOUCH_SET, the set of links that may touch it (``kernels.collision``).
+A row of a table of bodies is a frame with a shape. A solid of the world is fixed to the base. In the column JOINT it has OBJECT,
+the number of its object. In AT_JOINT it has TOUCH_SET, the set of links that may touch it (``kernels.collision``).
 A shape is a core and a ball of RADIUS that sweeps it: a sphere is a point, and a capsule a segment, with a radius.
 
 ============ ===================================================================================================
 SHAPE        SPHERE, CAPSULE, BOX, CYLINDER, HULL or HALF_SPACE
-HALF_EXTENTS from here on three numbers: half the edges [m] of the smallest box centered at the frame's origin that holds the
-             core. They say all of it for a box, a point (0, 0, 0), a segment along z (0, 0, h) and a cylinder (r, r, h).
-RADIUS       of the ball that sweeps the core [m]
-FIRST_VERTEX and N_VERTICES: the rows of a hull's points in the array of vertices, shape (m, 3), which goes with the table
-REACH        the radius of a ball about the frame's origin that holds the body [m]; infinite for a half-space
+HALF_EXTENTS three numbers: half the edges [m] of the smallest box around the core that is centered at the frame's origin. They
+             determine a box, a point (0, 0, 0), a segment along z (0, 0, h) and a cylinder (r, r, h).
+RADIUS       the radius of the ball that sweeps the core [m]
+FIRST_VERTEX and N_VERTICES: the rows of a hull's points in the table's array of vertices, shape (m, 3)
+REACH        the radius of a ball about the frame's origin that contains the body [m]; infinite for a half-space
 ============ ===================================================================================================
 
 A row of a table of inertias has the body that a joint carries: all links that are fixed to that joint, in the joint's frame.
@@ -37,7 +37,7 @@ MOMENT three numbers: mass times center of mass [kg m]
 TENSOR six numbers: xx, xy, xz, yy, yz, zz of the inertia tensor about the origin of the joint's frame [kg m^2]
 ====== =========================================================================================================
 
-A half-space is all that lies below the plane z = 0 of its frame: its z axis is the outward normal. It has no extents.
+A half-space contains every point below the plane z = 0 of its frame. Its z axis is the outward normal. It has no extents.
 """
 
 KIND, COLUMN, RATIO, OFFSET, PARENT = 12, 13, 14, 15, 16

@@ -86,7 +86,7 @@ class EdgeChecker(NamedTuple):
         return m if self._ends_free(path) else int(path.state[0].at - 1) // n
 
     def _ends_free(self, path: Path) -> bool:
-        """Check a path, with shortening if its state says so; True if each of its edges is free."""
+        """Check a path, with shortening if its state requests this; True if each of its edges is free."""
         samples, slices = no_rows((0, path.waypoints.shape[1])), Slices(2**62, TimeLimit(None), self.pace)
         tables = SearchTables(self.settings, self.space.table, samples, SearchState.records())
         while slices.begin_slice(path.state[0]):

@@ -116,7 +116,7 @@ def add_stage(page: Page, extent: Extent, scene: Extent | None = None) -> viser.
 
 
 def distance_to(scene: Extent, direction: ArrayLike) -> float:
-    """The distance [m] from the center of a scene at which a camera in a direction sees all corners of its AABB."""
+    """The distance [m] at which a camera in a direction from a scene's center sees all corners of its AABB."""
     forward = -np.asarray(direction) / np.linalg.norm(direction)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
@@ -162,7 +162,7 @@ class SightPanel:
         client.send_file_download("ulna.png", content.getvalue(), save_immediately=True)
 
     def _turn(self, event: viser.GuiEvent) -> None:
-        """Move the camera of the tab in which the button was clicked around the scene, so that it sees all of it."""
+        """Move the camera of the tab in which the button was clicked, so that it sees the whole scene."""
         if event.client is None:
             return
         scene, camera, direction = self._scene(), event.client.camera, np.array(_SIDES[event.target.value])

@@ -1,13 +1,13 @@
 """Computes the light of a surface and of the floor: sun with shadows, sky, lamp.
 
-Light is linear: a number is an amount of it, 1 what white paper sends back. The words used here and in ``shading``:
+Light is linear; 1 is the light that white paper reflects. Arguments here and in ``shading``:
 
-camera   four rows: where it is; the direction of sight through the raster's corner, and what that gains from sample to sample to
-         the right, and downwards; along the camera's axis it is 1
-sun      three rows of four: the map of a point to the sun's raster; the third is the direction to the sun, in meters
-shadows  the nearness, on that raster, of what the sun sees
-floor    seven numbers: its height and the side of a cell of its grid [m], the lamp's place on it (x, y), and the color
-         of the lamp's light, below zero if there is none
+camera   four rows: the position; the direction of sight through the raster's corner; the change of this direction from one
+         sample to the next on its right; and to the next below. Directions have length 1 along the camera's axis.
+sun      three rows of four: the map from a point to the sun's raster. The third row is the direction to the sun, in meters.
+shadows  the nearness of the first surface that the sun sees, for each texel of its raster
+floor    seven numbers: the height and the side of a cell of the grid [m], the lamp's position on the floor (x, y), and the
+         color of the lamp's light. The color is below zero without a lamp.
 
 Source: Blinn, Models of light reflection (SIGGRAPH 1977), for the highlight; Williams, Casting curved shadows on curved
 surfaces (SIGGRAPH 1978), and Reeves et al., Rendering antialiased shadows with depth maps (SIGGRAPH 1987), for soft shadows.
@@ -19,15 +19,15 @@ from ulna.kernels.render.raster import row
 from ulna.kernels.spatial.vectors import add_scaled, dot, plus, scaled
 
 SKY, GROUND, SUN, FRONT, HIGHLIGHT = 0.40, 0.20, 0.62, 0.14, 0.25  # amounts of light
-SHADE = 0.58  # of its light a floor keeps in the shadow
+SHADE = 0.58  # share of the light that a floor keeps in the shadow
 PAPER, LINE, HEAVY_LINE = (0.80, 0.82, 0.85), (0.62, 0.65, 0.70), (0.42, 0.46, 0.52)  # colors of the floor, linear
-AIR_LOW, AIR_HIGH = (0.93, 0.945, 0.96), (0.72, 0.79, 0.87)  # of the background, at the horizon and above
-CELLS_A_SECTION = 6  # of the floor's grid, as on the page
-LINE_WIDTH, HEAVY_WIDTH = 0.02, 0.04  # of a cell
-NEAR_EDGE, FAR_EDGE = 15.0, 45.0  # cells from the base: where the floor begins to fade, and is gone
+AIR_LOW, AIR_HIGH = (0.93, 0.945, 0.96), (0.72, 0.79, 0.87)  # colors of the background, at the horizon and above
+CELLS_A_SECTION = 6  # cells between two thick lines of the floor's grid, as on the page
+LINE_WIDTH, HEAVY_WIDTH = 0.02, 0.04  # shares of a cell
+NEAR_EDGE, FAR_EDGE = 15.0, 45.0  # cells from the base: the floor fades out between these distances
 SOFT = 5  # texels: the width of a shadow's edge
-LIFT = 0.004  # [m] above a surface, so that it throws no shadow on itself
-LAMP_REACH, LAMP_SHARE = 0.17, 0.9  # [m] how far its light reaches on the floor, and how much of the floor's there is its own
+LIFT = 0.004  # [m] height above a surface at which its shadow is computed, against self-shadowing
+LAMP_REACH, LAMP_SHARE = 0.17, 0.9  # radius of the lamp's light on the floor [m], and its largest share of the floor's light
 
 
 @kernel
@@ -57,11 +57,13 @@ def ray(camera, x, y):
 
 @routine
 def sunlit(sun, shadows, p):
-    """How much of the sun is seen from a point, 0 to 1: the part of a square of texels in which nothing is nearer to it.
+    """The visible share of the sun from a point, 0 to 1.
 
-    1. The point on the sun's raster; outside the raster nothing is in its way.
-    2. Test the square's corners and middle: if they agree, as most do, that is the result.
-    3. Else all of it, the texels at its sides as far as they lie in it, so that the edge is smooth.
+    It is the share of a square of texels around the point in which no surface is nearer to the sun.
+
+    1. Map the point to the sun's raster. Outside the raster nothing blocks the sun.
+    2. Test the corners and the middle of the square. If they agree, as they mostly do, that is the result.
+    3. Otherwise test all texels. Texels on the sides of the square count by their part inside it, so that the edge is smooth.
     """
     height = dot(row(sun, 2), p) + sun[2, 3]
     x, y = dot(row(sun, 0), p) + sun[0, 3] - 0.5 * SOFT, dot(row(sun, 1), p) + sun[1, 3] - 0.5 * SOFT
@@ -82,7 +84,7 @@ def sunlit(sun, shadows, p):
 
 @kernel
 def side_part(m, offset):
-    """How much of texel m of SOFT + 1 lies in a square that begins at an offset within the first."""
+    """The share of texel m of SOFT + 1 inside a square that begins at an offset within the first texel."""
     if m == 0:
         return 1.0 - offset
     return offset if m == SOFT else 1.0

@@ -1,3 +1,3 @@
-"""What the raster kernels write. Plain numbers only."""
+"""Numbers that the raster kernels write."""
 
 NOTHING = -1  # the number of no triangle

@@ -1,4 +1,4 @@
-"""Computes the light of one sample from the triangle behind it, and how much of it a translucent pane in front holds back."""
+"""Computes the light of one sample from its triangle, and the share that a translucent pane in front absorbs."""
 
 from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import sqrt
@@ -7,9 +7,9 @@ from ulna.kernels.render.raster import corners, row, twice_area, weights
 from ulna.kernels.render.render_layout import NOTHING
 from ulna.kernels.spatial.vectors import add_scaled, dot, plus, scaled
 
-_SAME_DEPTH, _SAME_TURN = 0.02, 0.95  # two samples within these show the same piece of surface
+_SAME_DEPTH, _SAME_TURN = 0.02, 0.95  # two samples within these differences show the same piece of surface
 EDGE = 1.1  # pixels: the width of the line along a pane's edges
-_EDGE_HOLDS = 0.6  # of what a pane lets through, its edge holds back so much
+_EDGE_HOLDS = 0.6  # share of the light behind a pane that its edge absorbs in addition
 
 
 @kernel
@@ -63,7 +63,7 @@ def axis_row(turns, m, i):
 
 @kernel
 def held_back(pane, x, y, nearest, opacity, edge):
-    """How much of the light behind the place (x, y) a pane holds back: nothing outside it, or behind what is nearest there.
+    """The share of the light behind the point (x, y) that a pane absorbs: 0 outside it, or behind a nearer surface.
 
     pane: its four corners.
     """
@@ -78,7 +78,7 @@ def held_back(pane, x, y, nearest, opacity, edge):
 
 @kernel
 def half_pane(a, b, c, x, y):
-    """The nearness of the half a, b, c of a pane at (x, y), and how far inside the pane's edges a b and b c that is."""
+    """The nearness of a pane's half a, b, c at (x, y), and the distance from its edges a b and b c."""
     area = twice_area(a, b, c)
     if area == 0.0:
         return 0.0, -1.0
@@ -90,5 +90,5 @@ def half_pane(a, b, c, x, y):
 
 @kernel
 def length(a, b):
-    """How far apart two places of the raster are."""
+    """The distance of two points of the raster."""
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]))
