@@ -1,4 +1,4 @@
-"""``assert_close`` with no tolerance but the one that is given: NumPy's own adds a relative 1e-7 unasked."""
+"""Provides ``assert_close``, whose only tolerance is the given one: NumPy's own adds a relative tolerance of 1e-7."""
 
 from functools import partial
 

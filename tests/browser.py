@@ -1,4 +1,4 @@
-"""A real page of the demo in headless Chromium, and what its pixels show."""
+"""Opens pages in headless Chromium, reads their pixels and drags what they show."""
 
 import io
 

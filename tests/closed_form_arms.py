@@ -1,4 +1,4 @@
-"""Arms of every family of closed forms, with random geometry; and the arms of makers, by their DH tables."""
+"""Makes arms of every family of closed forms with random geometry, and arms of makers from their DH tables."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""The probes of the kernels of closed forms; see ``kernel_modes``."""
+"""Probes of the kernels of closed forms; see ``kernel_modes``."""
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, store, where

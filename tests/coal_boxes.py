@@ -1,4 +1,4 @@
-"""Boxes for Coal, which is asked for answers as exact as it gives them; ``crosscheck/test_coal.py`` says how exact they are."""
+"""Checks boxes with Coal at its highest accuracy. ``crosscheck/test_coal.py`` states that accuracy."""
 
 import coal
 

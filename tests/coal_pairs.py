@@ -1,4 +1,4 @@
-"""The same pairs for Coal: its shapes, its signed distances, its normals."""
+"""Computes signed distances and normals of pairs of shapes with Coal."""
 
 import coal
 import numpy as np

@@ -1,4 +1,4 @@
-"""What the pixels of a picture are."""
+"""Counts the red, green and blue pixels of a picture."""
 
 import numpy as np
 

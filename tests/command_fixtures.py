@@ -1,4 +1,4 @@
-"""The command, run inside this process, and arms to run it on."""
+"""Runs the command ``ulna`` inside this process, and makes arms for it."""
 
 import json
 import re

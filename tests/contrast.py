@@ -1,7 +1,6 @@
-"""How well what a page shows can be told from what is behind it, element by element, in a browser.
+"""Measures the contrast of each element of a page with its background, in a browser.
 
-Source of the ratios, and of the smallest that are allowed: W3C, Web Content Accessibility Guidelines 2.1,
-criteria 1.4.3 and 1.4.11.
+Source of the ratios and their minimum values: W3C, Web Content Accessibility Guidelines 2.1, criteria 1.4.3 and 1.4.11.
 """
 
 from collections.abc import Iterable

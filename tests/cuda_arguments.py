@@ -1,7 +1,8 @@
-"""Gives the types that a kernel's arguments have in a CUDA thread, where a number is a float64.
+"""Lists the types of every kernel's arguments in a CUDA thread, where a number is a float64.
 
-One table: what a name means everywhere, in a folder, in a module, or in one kernel; the narrowest counts. Where a thread tests
-the eight children of a node of the BVH, it uses an ``f64x8`` as the CPU does: the compiler makes eight numbers of it.
+One table maps an argument's name to its type: everywhere, in a folder, in a module, or in one kernel. The narrowest entry
+applies. Where a thread tests the eight children of a BVH node, it uses an ``f64x8``, as the CPU does. The compiler splits it into eight
+numbers.
 """
 
 import inspect

@@ -1,4 +1,4 @@
-"""The pages for readers, and the blocks of code in them."""
+"""Lists the pages of the documentation, and the code blocks in them."""
 
 import re
 from functools import cache

@@ -1,4 +1,4 @@
-"""An L-shaped mesh in a file, the robot that is made of it, and where kept pieces and balls lie."""
+"""Writes an L-shaped mesh, and makes a robot of it."""
 
 import numpy as np
 import pytest

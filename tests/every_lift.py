@@ -1,4 +1,4 @@
-"""The best joint path of an arm of six joints by brute force: every solution of every pose with all whole turns, all pairs."""
+"""Finds the best joint path of a six-joint arm by brute force, over all solutions with all whole turns."""
 
 import itertools
 

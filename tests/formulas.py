@@ -1,6 +1,6 @@
-"""Slow, obvious formulas of what Ulna computes: NumPy, from the definitions.
+"""Slow and obvious formulas for the quantities that Ulna computes, in NumPy and from the definitions.
 
-Of Ulna they read only the plain data of a ``Description``. Nothing here is fast, and nothing here branches for accuracy.
+From Ulna they read only the plain data of a ``Description``. Nothing here is fast, and nothing branches for accuracy.
 """
 
 import itertools

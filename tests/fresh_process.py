@@ -1,4 +1,4 @@
-"""Runs a text in a process of its own, with a cache of machine code of its own."""
+"""Runs a program text in its own process, with its own cache of machine code."""
 
 import os
 import subprocess

@@ -1,9 +1,9 @@
-"""A fuzzer led by coverage on the readers of URDF, SRDF and xacro: nothing but an UlnaError may come out of them.
+"""Fuzzes the readers of URDF, SRDF and xacro, guided by coverage: they may raise nothing but an UlnaError.
 
     pip install atheris
     python tests/fuzz_readers.py -max_total_time=600 -timeout=30 -rss_limit_mb=2048
 
-What xacro does runs in a child process, where coverage does not see it: documents that use it are expanded one time in 200.
+xacro runs in a child process, where coverage does not see it. So documents that use xacro are expanded one time in 200.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""Robots whose functions of q are differentiated: chains, links inside them, slides, mimics of mimics, floating joints."""
+"""Robots for tests of gradients: chains, links inside them, slides, mimics of mimics, floating joints."""
 
 import numpy as np
 

@@ -1,7 +1,7 @@
-"""Edges that must be called a collision, since somewhere on them a point lies in both bodies: known from how they are made.
+"""Makes edges that are known to be collisions, since at one configuration a point lies in both bodies.
 
-The world's body has a point within, a share of the way from its surface to its middle. The robot's body is placed so that its
-farthest point along the face's inward normal comes to lie there, whatever its rotation. So no library is asked.
+The point lies inside the body of the world, at a given share of the path from its surface to its middle. The robot's body is
+placed so that its farthest point along the inward normal of the face is this point, whatever its rotation. No library decides.
 """
 
 import numpy as np

@@ -1,9 +1,9 @@
-"""Reads one hostile file of each format and size within 1 GB of address space, and prints what came of each.
+"""Reads one hostile file of each format and size within 1 GB of address space, and prints each result.
 
     python tests/hostile_files.py FOLDER
 
-The files are small, or of 1 MB, and state, repeat or nest more than they have. A copy of this process (``os.fork``), which has
-imported all that is needed, reads each of them.
+The files are small, or of 1 MB. They state, repeat or nest more than they contain. A fork of this process, which has imported all
+modules, reads each of them.
 """
 
 # ruff: noqa: E501, PLW0108, T201

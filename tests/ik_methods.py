@@ -1,4 +1,4 @@
-"""The solutions within the limits of one target."""
+"""Selects the solutions of one target within the limits and clear of the world."""
 
 
 def valid_solutions(robot, T, **named):

@@ -1,4 +1,4 @@
-"""A sound description, one defect at a time, and the findings that each must have."""
+"""A valid description, variants with one defect each, and the findings that each variant must have."""
 
 import re
 

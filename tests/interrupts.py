@@ -1,8 +1,8 @@
-"""Interrupts a call at every place at which CPython can take a signal, in frames of Ulna: the places are counted first.
+"""Interrupts a call at every place in Ulna's frames where CPython can take a signal. The places are counted first.
 
-CPython takes a signal after a call, where a function begins and where a loop repeats. Two ways of interrupting are used. One
-arms a signal before such a place, and CPython raises where it takes it. The other raises at the instruction after a call:
-CPython does not look for signals where a Python function returns to another one, but nothing promises that.
+CPython takes a signal after a call, at the start of a function and when a loop repeats. There are two ways of interrupting. One
+arms a signal before such a place, and CPython raises there. The other raises at the instruction after a call. CPython takes no
+signal when a Python function returns to another one, but nothing promises that.
 """
 
 import _thread

@@ -1,4 +1,4 @@
-"""Matrices that are no poses, and the fault that each must be refused with."""
+"""Matrices that are no poses, each with the fault that an error must name."""
 
 import numpy as np
 

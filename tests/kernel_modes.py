@@ -1,7 +1,7 @@
 """Runs a probe in every mode of the generic number that this process has.
 
-A probe is a function ``probe(*tables, in_rows, out_rows)`` that loads its numbers from rows, calls kernels, and stores what
-they give. The same source runs
+A probe is a function ``probe(*tables, in_rows, out_rows)``. It loads its numbers from rows, calls kernels, and stores their
+results. The same source runs in four modes:
 
 ======= ============================================================================================
 float64 compiled over rows of shape (n,), one problem after the other
@@ -10,7 +10,7 @@ scalars under ``NUMBA_DISABLE_JIT=1``: plain Python over rows of shape (n,)
 arrays  under ``NUMBA_DISABLE_JIT=1``: plain NumPy over rows of shape (n, width), all problems at once
 ======= ============================================================================================
 
-So the tests of kernels are run twice, with and without the compiler; ``test_three_modes`` compares the modes directly.
+So the tests of kernels run twice, with and without the compiler. ``test_three_modes`` compares the modes directly.
 """
 
 from functools import cache

@@ -1,4 +1,4 @@
-"""The probes of the kernels: each loads numbers from rows, calls one kernel, and stores what it gives. See ``kernel_modes``."""
+"""Probes of kernels: each loads numbers from rows, calls one kernel, and stores its results. See ``kernel_modes``."""
 
 import numpy as np
 

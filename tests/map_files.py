@@ -1,4 +1,4 @@
-"""A small reachability map of the Panda, and the files of a map."""
+"""Lists the files of a reachability map, and defines a small map of the Panda."""
 
 SMALL = {"voxel": 0.3, "orientations": 8}  # 2744 poses
 

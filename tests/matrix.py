@@ -1,4 +1,4 @@
-"""Cases of which ``make test`` runs a few, each of a kind of its own, and ``make test-all`` every one."""
+"""Marks all but a few of many similar cases: ``make test`` runs these few, ``make test-all`` every case."""
 
 from collections.abc import Collection, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""Small mesh files: a tetrahedron with corners at 0 and at 1 along each axis, as a Collada, STL or OBJ file with given parts."""
+"""Writes a tetrahedron as a Collada, STL or OBJ file with given parts."""
 
 CORNERS = "0 0 0 1 0 0 0 1 0 0 0 1"
 FACES = "0 2 1 0 1 3 0 3 2 1 2 3"

@@ -1,4 +1,4 @@
-"""MuJoCo's own compiled model as the second opinion on a robot that was read from MJCF."""
+"""Compares a robot read from MJCF with MuJoCo's own compiled model."""
 
 import mujoco
 import numpy as np

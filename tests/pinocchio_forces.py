@@ -1,4 +1,4 @@
-"""Pinocchio as the second opinion on dynamics."""
+"""Compares dynamics with Pinocchio."""
 
 import numpy as np
 import pinocchio as pin

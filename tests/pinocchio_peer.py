@@ -1,4 +1,4 @@
-"""Pinocchio (pin) as the second opinion on kinematics."""
+"""Compares kinematics with Pinocchio (pin)."""
 
 import numpy as np
 import pinocchio as pin

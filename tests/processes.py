@@ -1,4 +1,4 @@
-"""Programs that a test starts and ends, and waiting for what they do."""
+"""Starts and ends programs in tests, and waits for their output."""
 
 import contextlib
 import itertools

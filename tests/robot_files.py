@@ -1,4 +1,4 @@
-"""The robots that come with the packages example-robot-data and rtb-data, and what is known of them."""
+"""Lists the robots of the packages example-robot-data and rtb-data, with their known properties."""
 
 import importlib.util
 import sys

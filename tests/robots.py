@@ -1,4 +1,4 @@
-"""Robots for tests, as plain descriptions: one with every kind of joint there is, and small ones of one kind."""
+"""Robots for tests as plain descriptions: one with every type of joint, and small ones with one type."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Scenes and hostile commands for servos, and a judge of what they command."""
+"""Makes scenes and hostile commands for servos, and judges the servos' commands."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Arms, twists and poses out of reach for servos, and a judge of how the arm comes to rest at the end of its reach."""
+"""Makes arms with goals out of reach for servos, and judges how the arm stops at its limit of reach."""
 
 from itertools import product
 from typing import NamedTuple

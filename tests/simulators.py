@@ -1,4 +1,4 @@
-"""Starts simulators of a Franka's controller, in processes of their own and on loopback, and ends those that it started."""
+"""Starts simulators of a Franka's controller in separate processes on loopback, and ends the ones that it started."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Slow twins of the shapes that collide: their points, farthest points and faces by definition, and random ones to try."""
+"""Slow reference versions of collision shapes: points, support points and faces by definition; and random shapes."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""Every block of Python on every page runs, and prints what the page says; every command in its shell blocks does its work."""
+"""Runs every Python block and every shell command of the documentation, and compares the printed output."""
 
 import doctest
 import os

@@ -1,4 +1,4 @@
-"""The blocks of the docs are what the commands print."""
+"""Compares the console blocks of a page with the output of the commands."""
 
 import re
 import shlex

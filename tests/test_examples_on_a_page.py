@@ -1,4 +1,4 @@
-"""An example with ``--view``, as a person runs it: a program of its own, its page in Chromium, Ctrl-C."""
+"""Runs examples with ``--view`` as a person does: in a process, with the page in Chromium, until Ctrl-C."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""The lessons run from the first cell to the last, and their exercises can be solved, and are not solved yet."""
+"""Runs the lessons from the first cell to the last; their exercises are unsolved, and can be solved."""
 
 import json
 import runpy

@@ -1,4 +1,4 @@
-"""Each page of docs/ states its kind, a how-to is short, and every address of an earlier version still exists on its page."""
+"""Checks that each page of docs/ states its kind, that how-tos are short, and that old anchors still exist."""
 
 import re
 from collections import Counter

@@ -1,4 +1,4 @@
-"""The program that draws the pictures of the pages."""
+"""Tests the program that draws the pictures of the documentation."""
 
 import runpy
 

@@ -1,4 +1,4 @@
-"""Every public name has its place in the reference, and the site fetches nothing. (`make docs` looks at what is written.)"""
+"""Checks that the reference lists every public name, and that the site fetches nothing. `make docs` checks the text."""
 
 import re
 import runpy

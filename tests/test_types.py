@@ -1,4 +1,4 @@
-"""Type information for users: a type checker finds it in the installed package, and finds what does not fit it."""
+"""Checks the type information of the installed package with a type checker."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Robots of two arms: of five joints each on a turning post, all of boxes, with its semantic description; and two Pandas."""
+"""Robots with two arms: five joints each on a turning post, made of boxes, with an SRDF; and two Pandas."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""Reads videos again."""
+"""Decodes video files."""
 
 import av
 

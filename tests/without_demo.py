@@ -1,6 +1,7 @@
 """Copies the repository without the demo, hw2 and their tests, and runs tests there.
 
-As in: python tests/without_demo.py -n auto tests/cli tests/robot. What ``ulna`` is, is set by PYTHONPATH: nothing is installed.
+Example: python tests/without_demo.py -n auto tests/cli tests/robot. PYTHONPATH determines which ``ulna`` runs; nothing is
+installed.
 """
 
 import os
