@@ -1,8 +1,8 @@
 """Lists the types of every kernel's arguments in a CUDA thread, where a number is a float64.
 
 One table maps an argument's name to its type: everywhere, in a folder, in a module, or in one kernel. The narrowest entry
-applies. Where a thread tests the eight children of a BVH node, it uses an ``f64x8``, as the CPU does. The compiler splits it into eight
-numbers.
+applies. Where a thread tests the eight children of a BVH node, it uses an ``f64x8``, as the CPU does. The compiler splits it into
+eight numbers.
 """
 
 import inspect
