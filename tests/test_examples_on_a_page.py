@@ -43,7 +43,7 @@ def test_the_hand_follows_a_crate_that_is_moved_on_the_page_and_the_loop_says_ho
         page.get_by_role("option", name="crate").click()
 
         def distance():
-            return re.search(r"([\d.]+) mm: panda_link7 \(box 12\) and crate", page.inner_text("body"))
+            return re.search(r"([\d.]+) mm between panda_link7 \(box 12\) and crate", page.inner_text("body"))
 
         before = wait_to_see(page, distance, "the distance of hand and crate")[0]
         y = page.get_by_label("Position [m], y", exact=True)

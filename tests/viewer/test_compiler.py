@@ -29,7 +29,7 @@ with ulna.view(panda) as view:
         wait_for(lambda: np.allclose(view.arm.frames[-1].position, there), "the arm where it is now")
         start = view.session.hand_pose
         view.session.pull(start @ ulna.pose((0, 0, -0.05)))
-        wait_for(lambda: "waits for the compiler" in view.hand.status.content, "the hand that waits")
+        wait_for(lambda: "waiting for the motion" in view.hand.status.content, "the hand that waits")
         view.session.let_go()
         assert not view.ready
     wait_for(lambda: view.session.target is None, "the hand that has followed", looks=None)

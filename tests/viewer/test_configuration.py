@@ -16,10 +16,10 @@ def test_a_saved_q_is_loaded_to_the_last_bit(panda, rng):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"1, 2", "2 numbers, but 7 numbers"),
+        (b"1, 2", "2 numbers, but 7 comma-separated numbers"),
         (b"", "0 numbers"),
-        (b"a, b", "numbers with commas"),
-        (b"\xff\xfe", "numbers with"),
+        (b"a, b", "comma-separated numbers"),
+        (b"\xff\xfe", "comma-separated numbers"),
     ],
 )
 def test_a_file_without_a_valid_q_is_refused(panda, content, message):

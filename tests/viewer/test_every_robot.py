@@ -72,7 +72,7 @@ def check_view(robot):
     """Start the whole page, at home, until its first frame is drawn."""
     with ulna.view(robot) as view:
         wait_for(lambda: "checking" not in view.clearance.state.content, "the first frame", looks=None)
-        assert not view.notice.text.startswith("This picture is not up to date")
+        assert not view.notice.text.startswith("This picture is out of date")
 
 
 @pytest.mark.slow

@@ -36,10 +36,10 @@ def test_a_motion_with_way_points_is_saved_copied_and_undone(view, page, panda, 
     wait_to_see(page, lambda: planning.on, "planning")
     type_in(page, "Goal xyz [m], y", "0.3")
     wait_for(lambda: planning.shown is not None and planning.shown.motion is not None, "a plan", looks=None)
-    page.get_by_role("button", name="Way points (0)").click()
+    page.get_by_role("button", name="Waypoints (0)").click()
     type_in(page, "Approach [mm]", "60")
     wait_to_see(page, lambda: view.plans.ways.approach.value == 60.0, "the approach")
-    page.get_by_role("button", name="Add as a way point").click()
+    page.get_by_role("button", name="Add as a waypoint").click()
     wait_for(lambda: planning.waypoints and planning.shown and len(planning.shown.legs) == 2, "two motions", looks=None)
     page.get_by_text("approach 60 mm").wait_for()
     for ending in ("CSV", "JSON"):

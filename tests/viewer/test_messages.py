@@ -82,7 +82,7 @@ def test_an_upload_within_the_limit_arrives_and_one_beyond_it_is_refused_before_
 
 
 REFUSED = {
-    "longer than it said": [begun(10, 2), part(b"x" * 11)],
+    "longer than announced": [begun(10, 2), part(b"x" * 11)],
     "longer in sum": [begun(10, 3), part(b"x" * 9), part(b"x" * 9, 1)],
     "no size": [encoded("FileTransferStartUpload", transfer_uuid="t")],
     "a size below 0": [begun(-1, 1)],

@@ -101,7 +101,7 @@ def test_what_is_kept_is_chosen_and_drawn(view, page):
     assert not bands.bar.visible
     page.get_by_label("Keep on the line").click()
     type_goal(view, page, "0.4", "-0.3")
-    wait_to_see(page, lambda: "of the tolerance used at most" in page.inner_text("body"), "a plan that keeps both")
+    wait_to_see(page, lambda: "% of the tolerance" in page.inner_text("body"), "a plan that keeps both")
     wait_to_see(page, lambda: bands.bar.visible, "the bar")
     a, b = view.plans.planning.shown.kept_line
     np.testing.assert_allclose(bands.bar.position, (a + b) / 2)

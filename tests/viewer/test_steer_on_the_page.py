@@ -25,7 +25,7 @@ def view(panda, monkeypatch):
 @pytest.fixture
 def page(view, open_page):
     page = open_page(view.url)
-    wait_to_see(page, lambda: "hold a button, or its key" in page.inner_text("body"), "the request for a button")
+    wait_to_see(page, lambda: "hold a button or its key" in page.inner_text("body"), "the request for a button")
     return page
 
 

@@ -64,9 +64,9 @@ def test_without_inertias_there_is_no_bar(panda, server):
 
 @pytest.mark.slow
 def test_the_bars_on_the_page_follow_the_arm(view, page, panda):
-    bar = page.get_by_label("torque of panda_joint2 at rest")
+    bar = page.get_by_label("holding torque of panda_joint2")
     for bent in (0.0, 1.2):
         view.q = panda.home + np.array([0, bent, 0, 1.0, 0, 0, 0])
         words = f"{abs(panda.gravity_torque(view.q)[1]):.1f} of 87 Nm"
         wait_for(lambda words=words: bar.get_attribute("aria-valuetext") == words, words, looks=None)
-        assert page.get_by_text(f"at rest {words}").is_visible()
+        assert page.get_by_text(f"holding {words}").is_visible()

@@ -109,7 +109,7 @@ def test_typed_values_a_deletion_and_the_floor_are_undone(view, page):
 @pytest.mark.slow
 def test_a_mesh_and_a_cloud_are_added_edited_saved_loaded_and_undone(view, page, tmp_path):
     world = view.world
-    page.get_by_text("Add a mesh or a cloud of points").click()
+    page.get_by_text("Add a mesh or point cloud").click()
     page.get_by_text("Choose a file").wait_for()
     mesh, cloud, bad = (tmp_path / name for name in ("cone.stl", "seen.csv", "bad.pcd"))
     mesh.write_bytes(trimesh.creation.cone(0.1, 0.2, sections=16).apply_translation((0.5, 0.3, 0.2)).export(file_type="stl"))

@@ -118,10 +118,10 @@ def test_a_scene_file_holds_as_many_points_as_a_page_takes(rng):
 
 def test_too_long_a_file_and_too_many_points_are_refused(monkeypatch):
     monkeypatch.setattr(uploads, "MAX_POINTS", 2)
-    with pytest.raises(ulna.FileError, match="3 points, of which the page takes 2"):
+    with pytest.raises(ulna.FileError, match="3 points; the page takes at most 2"):
         shapes_of_file("a.npy", npy(POINTS))
     monkeypatch.setattr(uploads, "MAX_BYTES", 10)
-    with pytest.raises(ulna.FileError, match="more than 0 MB"):
+    with pytest.raises(ulna.FileError, match="larger than 0 MB"):
         shapes_of_file("a.npy", npy(POINTS))
 
 

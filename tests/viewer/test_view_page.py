@@ -296,7 +296,7 @@ def test_a_line_joins_the_nearest_pair_and_shows_its_distance(view, page, camera
     wait_to_see(page, lambda: view.session.clearance.nearest is not None, "a nearest pair")
     pair = view.session.clearance.nearest
     distance = panda.signed_distance(panda.home, view.world, self_collision=False)
-    page.get_by_text(f"{1000 * distance:.1f} mm: panda_link7 ({pair.name_a}) and ball").wait_for()
+    page.get_by_text(f"{1000 * distance:.1f} mm between panda_link7 ({pair.name_a}) and ball").wait_for()
     assert pair.name_b == "ball"
     middle = project(camera, (pair.witness_a + pair.witness_b) / 2)
     wait_to_see(page, lambda: np.count_nonzero(around(pixels(page), middle, 8).max(axis=-1) < 130) > 5, "a dark line")

@@ -227,7 +227,7 @@ def _extent(robot: Robot, scenes: dict[str, Any]) -> Extent:
     return Extent(np.min(points, axis=0), np.max(points, axis=0))
 
 
-REAL_ARM = f"Drawn from its joints alone. Its own shells (4.3 MB): {INSTALL_MESHES}, and start again."
+REAL_ARM = f"This arm is drawn from its joints alone. For its real meshes (4.3 MB) run {INSTALL_MESHES}, and restart."
 
 
 def _show_all(nodes: Collection[Any], attribute: str, event: viser.GuiEvent) -> None:
@@ -241,8 +241,8 @@ class VisibilityPanel:
 
     def __init__(self, gui: viser.GuiApi, arm: Arm) -> None:
         for name, hint, nodes, attribute in (
-            ("Visuals", "What the robot looks like", (*arm.looks.values(), *arm.attached.values()), "visible"),
-            ("Collision shapes", "What it collides as", arm.solids.values(), "visible"),
+            ("Visuals", "The robot's visual meshes", (*arm.looks.values(), *arm.attached.values()), "visible"),
+            ("Collision shapes", "The shapes for collision checking", arm.solids.values(), "visible"),
             ("Link frames", "x red, y green, z blue", arm.frames, "show_axes"),
             ("Link names", None, arm.names, "visible"),
         ):

@@ -146,11 +146,11 @@ def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[
         yield "dragging the hand", lambda: _drag(robot, None)
         if are_known(robot):
             yield TORQUES, lambda: loads(robot, robot.home)
-        yield "the singular values of the hand", lambda: mobility(robot, robot.home, hand_link(robot))
+        yield "the manipulability of the hand", lambda: mobility(robot, robot.home, hand_link(robot))
     if checked:
-        yield "the distance of any shapes", lambda: clearance(robot, robot.home, world)
+        yield "distances between shapes", lambda: clearance(robot, robot.home, world)
     if checked and robot.n_dof:
-        yield "dragging the hand round obstacles", lambda: _drag(robot, world)
+        yield "dragging the hand around obstacles", lambda: _drag(robot, world)
 
 
 def _drag(robot: Robot, world: World | None) -> None:

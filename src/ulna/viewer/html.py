@@ -91,10 +91,10 @@ def load_bar(joint: str, load: Load) -> str:
     width = min(round(100.0 * load.share, 1), 100.0)
     fill = f'<div style="width:{width:g}%;height:100%;background:currentColor"></div>'
     look = f"--mark:rgb{color};flex:1;height:0.5em;border:1px solid;border-radius:0.2em;box-sizing:border-box;overflow:hidden"
-    names = f'role="meter" aria-label="{html.escape(f"torque of {joint} at rest", quote=True)}" aria-valuetext="{load}"'
+    names = f'role="meter" aria-label="{html.escape(f"holding torque of {joint}", quote=True)}" aria-valuetext="{load}"'
     bar = f'<div data-mark {names} aria-valuemin="0" aria-valuemax="100" aria-valuenow="{width:g}" style="{look}">{fill}</div>'
     look = "min-width:12em;text-align:right;color:var(--ulna-number);font-variant-numeric:tabular-nums"
-    words = f'<div style="{look}">at rest {load}</div>'
+    words = f'<div style="{look}">holding {load}</div>'
     return (
         f'<div style="display:flex;align-items:center;padding:0 0.9em 0.4em;font-size:0.75em;line-height:1.3">{bar}{words}</div>'
     )

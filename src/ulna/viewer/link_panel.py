@@ -54,10 +54,10 @@ class LinkPanel:
         with gui.add_folder("Link", visible=False) as self.folder:
             self.facts = gui.add_html("")
             self.buttons = [gui.add_button(" ", visible=False) for _ in acts]
-            self.mass = gui.add_number("Mass", 0.0, min=0.0, step=0.001, visible=False, hint="It counts in torques; 0: none")
+            self.mass = gui.add_number("Mass", 0.0, min=0.0, step=0.001, visible=False, hint="Counts in torques; 0 for none")
             self.close = gui.add_button("Close", color="gray")
             with gui.add_folder("Limits of its joint", expand_by_default=False) as self.limits:
-                hint = "In rad or m, and seconds; 0 for no limit of a rate"
+                hint = "In rad or m, and s; 0 means no velocity or acceleration limit"
                 self.fields: dict[str, Any] = {
                     quantity: gui.add_number(label, 0.0, step=0.001, visible=False, hint=hint)
                     for quantity, label in zip(QUANTITIES, _LABELS, strict=True)

@@ -70,9 +70,9 @@ class MapView:
         words = f"{summary.reached:,} of {summary.computed:,} poses reached ({share:.1f} %)"
         gui.add_html(marked(words, GREEN if summary.reached else RED))
         if summary.computed < summary.poses:
-            gui.add_html(small_text(f"{summary.poses - summary.computed:,} are not computed yet"))
+            gui.add_html(small_text(f"{summary.poses - summary.computed:,} poses are not computed yet"))
         self.legend = gui.add_html(color_bar("Orientations reached in a voxel [%]", RAMP, ("0", "100")))
-        self.axis = gui.add_dropdown("Clip across", AXES, initial_value="y", hint="The axis across which the plane lies")
+        self.axis = gui.add_dropdown("Clip across", AXES, initial_value="y", hint="The normal of the clipping plane")
         low, high = self.voxels.ends("y")
         self.plane = gui.add_slider(
             "Plane [m]",
@@ -80,15 +80,15 @@ class MapView:
             max=high,
             step=1e-3,
             initial_value=low,
-            hint="Voxels behind it are shown; its arrow may be dragged",
+            hint="Only voxels behind the plane are shown; you can also drag its arrow",
         )
         self.least = gui.add_slider(
-            "Least share",
+            "Minimum share",
             min=0.0,
             max=1.0,
             step=0.01,
             initial_value=0.0,
-            hint="Voxels of which fewer orientations are reached are hidden",
+            hint="Voxels with a smaller share of reached orientations are hidden",
         )
         self.told = gui.add_html(small_text("Click a voxel to see its solutions."))
         self.solution = gui.add_slider("Solution", min=1, max=2, step=1, initial_value=1, visible=False)

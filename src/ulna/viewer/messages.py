@@ -41,7 +41,7 @@ class Incoming:
             case "GuiUpdateMessage":
                 updates = message.get("updates")
                 if not isinstance(updates, dict) or not updates.keys() <= _CHANGED:
-                    raise ValueError("a message changes something else than the value of a control")
+                    raise ValueError("a message changes more than the value of a control")
             case "FileTransferStartUpload":
                 return self._begins(message)
             case "FileTransferPart":
@@ -53,10 +53,10 @@ class Incoming:
         if not isinstance(size, int) or not isinstance(parts, int) or not isinstance(name, str) or min(size, parts) < 0:
             raise ValueError("an upload has no size")
         if size > MAX_UPLOAD or parts > _MAX_PARTS:
-            self._refused(f"a file of {size / 1e6:.0f} MB; up to {MAX_UPLOAD // 1_000_000} MB are read")
+            self._refused(f"the file has {size / 1e6:.0f} MB; the maximum is {MAX_UPLOAD // 1_000_000} MB")
             return False
         if len(self._left) >= _MAX_UPLOADS or name in self._left:
-            self._refused(f"more than {_MAX_UPLOADS} files at once")
+            self._refused(f"at most {_MAX_UPLOADS} files can be uploaded at once")
             return False
         if parts:
             self._left[name] = size, parts
@@ -70,7 +70,7 @@ class Incoming:
             return False
         size, parts = self._left.pop(name)
         if len(content) > size or parts < 1:
-            raise ValueError("an upload is longer than it said")
+            raise ValueError("an upload is longer than announced")
         if parts > 1:
             self._left[name] = size - len(content), parts - 1
         return True

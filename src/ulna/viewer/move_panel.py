@@ -42,7 +42,7 @@ class HandPanel:
             "Avoid collisions",
             initial_value=False,
             disabled=bool(session.unchecked),
-            hint=session.unchecked or "The hand stops rather than touch the obstacles or the robot itself",
+            hint=session.unchecked or "The hand stops before the arm touches an obstacle or itself",
         )
         self.pose = HandPose(gui, session, moved)
         self.status = gui.add_html("")
@@ -67,9 +67,9 @@ class HandPanel:
             self.handles.put(session.hand_pose)
         color = STOPPED if session.stopped else RED if trouble else GREEN if pulled else _RESTING
         words = trouble or (
-            "the hand waits for the compiler"
+            "waiting for the motion of the hand to compile"
             if session.waiting
-            else "the hand is on its way"
+            else "the hand is moving to its target"
             if session.moving
             else "the hand follows"
             if pulled
@@ -152,8 +152,8 @@ def first_row(content: bytes, robot: Robot) -> NDArray[np.float64]:
         fields = fields_of(lines[head.first], head.separator) if head.n_columns else []
         q = np.array([number_of(fields[column], head) for column in columns]) * units
     except (ValueError, IndexError) as error:
-        raise InputError("q", f"{str(error)[:200]}; numbers with commas between them are expected") from None
+        raise InputError("q", f"{str(error)[:200]}; comma-separated numbers are expected") from None
     if len(q) != n_dof:
-        expected = f"{count_of(n_dof, 'number')} with commas between them {'is' if n_dof == 1 else 'are'} expected"
+        expected = f"{n_dof} comma-separated {'number is' if n_dof == 1 else 'numbers are'} expected"
         raise InputError("q", f"{count_of(len(q), 'number')}, but {expected}")
     return q

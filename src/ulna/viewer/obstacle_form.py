@@ -51,7 +51,9 @@ class ObstacleForm:
         self.name = gui.add_text("Name", "", visible=False)
         sizes = {name: n for kind in KINDS for name, n in kind.sizes.items()}
         self.sizes = {name: _size_field(gui, name, n) for name, n in sizes.items()}
-        self.xyz = gui.add_vector3("Position [m]", zero, step=0.001, visible=False, hint="Of its center, in the base frame")
+        self.xyz = gui.add_vector3(
+            "Position [m]", zero, step=0.001, visible=False, hint="Position of its center in the base frame"
+        )
         self.rpy = gui.add_vector3("Roll, pitch, yaw [rad]", zero, step=0.01, visible=False)
         self._fields = TypedFields((self.name, *self.sizes.values(), self.xyz, self.rpy), moved, lambda: self.chosen)
         self.choice.on_update(self._chosen)

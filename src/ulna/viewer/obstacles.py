@@ -69,20 +69,20 @@ class Obstacles:
         gui = server.gui
         self.handles = Handles(server.scene, "/chosen", 0.25 * size, moved, visible=False)
         self.add_buttons = gui.add_button_group("Add", tuple(_NEW))
-        with gui.add_folder("Add a mesh or a cloud of points", expand_by_default=False):
+        with gui.add_folder("Add a mesh or point cloud", expand_by_default=False):
             self.unit = gui.add_dropdown("Unit of the file", tuple(_UNITS))
             self.pieces = gui.add_checkbox(
-                "Mesh as convex pieces",
+                "Split the mesh into convex pieces",
                 initial_value=False,
                 disabled=find_spec("coacd") is None,
-                hint="By CoACD, in seconds to minutes; each piece is an obstacle. Otherwise its convex hull is added",
+                hint="CoACD takes seconds to minutes; each piece is an obstacle. Without splitting, the convex hull is added",
             )
             self.file = gui.add_upload_button("Choose a file", hint=", ".join(ENDINGS), mime_type=",".join(ENDINGS))
         self.form = ObstacleForm(gui, world, self.change, moved)
-        self.delete = gui.add_button("Delete", hint="Take the chosen obstacle away", visible=False)
-        self.save = gui.add_button("Save scene", hint="Download the obstacles as a file that can be read and edited")
+        self.delete = gui.add_button("Delete", hint="Delete the chosen obstacle", visible=False)
+        self.save = gui.add_button("Save scene", hint="Download the obstacles as a JSON file")
         self.load = gui.add_upload_button(
-            "Load scene", hint="Replace the obstacles by those of a saved file", mime_type="application/json"
+            "Load scene", hint="Replace all obstacles with those of a saved file", mime_type="application/json"
         )
         self.add_buttons.on_click(lambda event: self.add(event.target.value))
         self.delete.on_click(lambda _: self.remove())
@@ -117,7 +117,7 @@ class Obstacles:
     def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
         """Change the shape, the pose T, shape (4, 4), or the name of an obstacle."""
         if new_name != name and new_name in self._taken:
-            raise InputError("name", f"{new_name!r} is a part of the robot")
+            raise InputError("name", f"{new_name!r} is the name of a part of the robot; choose another name")
         with self.changing():
             if new_name != name and new_name in self.world.names:
                 raise InputError("name", f"the world already has an object {new_name!r}; choose another name")
@@ -232,7 +232,7 @@ class Obstacles:
 
         def announce(_: str) -> None:
             if event.client is not None:
-                event.client.add_notification("Decomposing", f"{file.name} is added when its pieces are found", color="blue")
+                event.client.add_notification("Decomposing", f"{file.name} will be added once it is split", color="blue")
 
         scale, stem = _UNITS[self.unit.value], Path(file.name).stem or "file"
         with refusals_shown(event.client, "Nothing was added"):

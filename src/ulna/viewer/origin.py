@@ -79,7 +79,7 @@ def refusing_foreign_pages(
         finally:
             websockets.asyncio.server.serve = serve  # type: ignore[misc]
     if not guarded:
-        raise UlnaError("this version of viser starts its server in a way that lets foreign pages in; viser 1.1.1 is known to do")
+        raise UlnaError("this version of viser starts its server in a way that lets foreign pages in; viser 1.1.1 works")
 
 
 def _closing_if_it_fails(handler: Callable, refused: Callable[[str], object]) -> Callable:
@@ -113,7 +113,7 @@ def _asking(process_request: Callable, host: str, others: Collection[str], title
 
     def ask(connection: Any, request: Any) -> Any:
         if not is_own_page(request.headers, host, others):
-            return connection.respond(http.HTTPStatus.FORBIDDEN, "This page is not one of this server.\n")
+            return connection.respond(http.HTTPStatus.FORBIDDEN, "The request comes from a page of another server.\n")
         document = _asks_for_page(request)
         response = process_request(connection, request)
         return _completed(response, title) if document else response

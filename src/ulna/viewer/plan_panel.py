@@ -25,10 +25,10 @@ from ulna.viewer.session.way import ASIDE, TILT
 from ulna.viewer.session.written import as_commands, as_program, motion_file
 from ulna.viewer.typed_fields import HandPose, refusals_shown
 
-_HOLD_HINT = "Whether this joint keeps its position"
+_HOLD_HINT = "This joint keeps its position"
 _WHAT = (
-    "Drag the goal of the hand: a motion to it is planned that touches nothing. It is planned again whenever the goal or an "
-    "obstacle is moved."
+    "Drag the goal of the hand, and the page plans a collision-free motion to it. It plans again whenever you move the goal "
+    "or an obstacle."
 )
 _PLAY, _PAUSE = "Play", "Pause"
 _FORMS = "CSV", "JSON"
@@ -113,14 +113,16 @@ class WayPanel:
 
     def __init__(self, gui: viser.GuiApi, planning: Planning, do: Callable[[Callable[[], object]], None]) -> None:
         self._planning, self._shown = planning, None
-        with gui.add_folder("Way points", expand_by_default=False, visible=False) as self.folder:
+        with gui.add_folder("Waypoints", expand_by_default=False, visible=False) as self.folder:
             self.list = gui.add_html("")
-            hint = "How far the hand {} straight, along its z axis"
-            self.approach = gui.add_number("Approach [mm]", 0.0, min=0.0, step=1.0, hint=hint.format("comes"))
-            self.retract = gui.add_number("Retract [mm]", 0.0, min=0.0, step=1.0, hint=hint.format("leaves"))
-            self.opening = gui.add_dropdown("Gripper", tuple(_OPENINGS), visible=planning.has_gripper, hint="At the way point")
-            self.add = gui.add_button("Add as a way point", hint="The goal, or where the arm is; the next goal comes after it")
-            self.remove = gui.add_button("Remove the last way point", color="gray", disabled=True)
+            hint = "Length of the straight {} along the z axis of the hand"
+            self.approach = gui.add_number("Approach [mm]", 0.0, min=0.0, step=1.0, hint=hint.format("approach"))
+            self.retract = gui.add_number("Retract [mm]", 0.0, min=0.0, step=1.0, hint=hint.format("retreat"))
+            hint = "Opening of the gripper at the waypoint"
+            self.opening = gui.add_dropdown("Gripper", tuple(_OPENINGS), visible=planning.has_gripper, hint=hint)
+            hint = "Adds the goal, or the present pose of the arm without a goal; the next goal comes after it"
+            self.add = gui.add_button("Add as a waypoint", hint=hint)
+            self.remove = gui.add_button("Remove the last waypoint", color="gray", disabled=True)
         self.add.on_click(lambda _: do(self._add))
         self.remove.on_click(lambda _: do(planning.drop_waypoint))
 
@@ -129,7 +131,7 @@ class WayPanel:
         if self._shown is self._planning.waypoints:
             return
         self._shown = self._planning.waypoints
-        self.folder.label = f"Way points ({len(self._shown)})"
+        self.folder.label = f"Waypoints ({len(self._shown)})"
         self.remove.disabled = not self._shown
         self.list.content = listed(self._planning.words_of(stop) for stop in self._shown)
 
@@ -193,13 +195,19 @@ class PlanPanel:
         self.along = gui.add_slider("Along the plan", min=0.0, max=1.0, step=0.001, initial_value=0.0, visible=False)
         self.here = gui.add_button("Start here", hint="Plan from where the arm is now", visible=False)
         self.smooth = gui.add_checkbox(
-            "Limit the jerk", initial_value=False, hint=f"To {JERK:g} rad/s³ or m/s³ in every joint", visible=False
+            "Limit the jerk", initial_value=False, hint=f"At most {JERK:g} rad/s³ or m/s³ in every joint", visible=False
         )
         self.upright = gui.add_checkbox(
-            "Keep upright", initial_value=False, hint=f"What points up stays within {np.degrees(TILT):.0f}° of up", visible=False
+            "Keep upright",
+            initial_value=False,
+            hint=f"The direction of the hand that points up at the start stays within {np.degrees(TILT):.0f}° of vertical",
+            visible=False,
         )
         self.on_line = gui.add_checkbox(
-            "Keep on the line", initial_value=False, hint=f"The hand stays within {ASIDE * 1e3:g} mm of the line", visible=False
+            "Keep on the line",
+            initial_value=False,
+            hint=f"The hand stays within {ASIDE * 1e3:g} mm of the straight line to the goal",
+            visible=False,
         )
         with gui.add_folder("Held joints", expand_by_default=False, visible=False) as self.held:
             names = (name for name in session.robot.joint_names if name not in session.held)

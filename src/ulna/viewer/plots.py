@@ -14,7 +14,7 @@ from ulna.viewer.html import STYLE
 from ulna.viewer.palette import CURVES, RED, SLATE
 from ulna.viewer.session.planned_motion import Curve
 
-_ALL = "all joints, relative to limits"
+_ALL = "all joints, relative to their limits"
 _PER = ("", "/s", "/s²", "/s³")
 _HEIGHT_PX = 150
 _SHARES = (-1.1, 1.1)

@@ -40,7 +40,7 @@ class ClearancePanel:
         """Show the contacts and the nearest pair."""
         color = {"free": GREEN, "collision": RED}.get(clearance.state, UNKNOWN)
         pair = clearance.nearest
-        words = clearance.refusal if pair is None else f"{clearance.distance}: {clearance.apart}"
+        words = clearance.refusal if pair is None else f"{clearance.distance} between {clearance.apart}"
         self.state.content = marked(str(clearance), color)
         self.nearest.content = small_text(words) if words else ""
         for node in (self.line, self.label, *self.ends):
@@ -67,7 +67,7 @@ class EllipsoidPanel:
         self.on = server.gui.add_checkbox(
             "Manipulability",
             initial_value=False,
-            hint="The hand's linear velocities for joint velocities of norm 1: 0.25 m of a half axis are 1 m/s",
+            hint="Ellipsoid of the hand's linear velocities for joint velocities of norm 1; a half axis of 0.25 m means 1 m/s",
         )
         self.numbers = server.gui.add_html("", visible=False)
         self.on.on_update(lambda _: self.show())
@@ -98,7 +98,7 @@ class Notice:
     def text(self) -> str:
         """The text of the line; empty if there is nothing to report."""
         if self._failure:
-            return f"This picture is not up to date. {self._failure}"
+            return f"This picture is out of date: {self._failure}"
         if self._compiling:
             first, *rest = self._compiling
             more = f"; {len(rest)} more to come" if rest else ""

@@ -20,8 +20,8 @@ from ulna.viewer.session.steering import JOINTS, Steering
 
 _KEYS = {"x": ("↑", "↓"), "y": ("←", "→"), "z": ("PgUp", "PgDn")}  # of the positive and the negative direction
 _WHAT = (
-    "Hold a button, or its key, and the hand moves until you let go. Before an obstacle it slows down and stops, and a sentence "
-    "says why. The floor is an obstacle once it is ticked in Obstacles."
+    "Hold a button or its key, and the hand moves until you let go. It slows down and stops before an obstacle, and a sentence "
+    "names the reason. To make the floor an obstacle, tick it in Obstacles."
 )
 _AXES = {"base": "base", "hand": "link", "joints": JOINTS}  # the list also has the other fixed links, by their names
 _STEPS = {"while held": 0.0, "1 mm or 0.5°": 1.0, "1 cm or 5°": 10.0, "5 cm or 25°": 50.0}  # [mm or 0.5 degrees]
@@ -48,7 +48,9 @@ class SteerPanel:
         gui.add_html(small_text(_WHAT))
         self.begin = gui.add_button("Steer the hand", disabled=bool(refusal), hint=refusal or None)
         self.sentence = gui.add_html(small_text(refusal) if refusal else "")
-        self.free = gui.add_button("Go to a free pose", hint="The nearest that is found, at once", color="orange", visible=False)
+        self.free = gui.add_button(
+            "Go to a free pose", hint="Jump to the nearest collision-free pose that is found", color="orange", visible=False
+        )
         self.buttons = [
             gui.add_button(f"{word} {'+-'[k]}{axis}  [{shift}{_KEYS[axis][k]}]", color=AXES[axis], visible=False)
             for word, shift in (("move", ""), ("turn", "⇧"))

@@ -109,11 +109,15 @@ class HandPose:
     ) -> None:
         self._sent = sent
         zero = (0.0, 0.0, 0.0)
-        where = "Where the hand is in the frame; type where to go" if name == "Hand" else "Where the hand is to go, in the frame"
+        where = (
+            "Position of the hand in the frame; type another to move it"
+            if name == "Hand"
+            else "Position of the goal in the frame"
+        )
         turned = f"Roll, pitch, yaw of the {name.lower()} in the frame"
         frames = tuple(sent.frames)
         self.frame = gui.add_dropdown(
-            "In the frame of", frames, initial_value=frames[0], hint="A link that stands still, or an obstacle", visible=False
+            "In the frame of", frames, initial_value=frames[0], hint="A fixed link or an obstacle", visible=False
         )
         self._moved = moved
         self.frame.on_update(self._choose)

@@ -12,15 +12,15 @@ class UndoPanel:
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self._gui = gui
-        self.undo = gui.add_button("Undo", hint="Ctrl-Z: take back what was last done", color="gray", disabled=True)
-        self.redo = gui.add_button("Redo", hint="Ctrl-Shift-Z: do again what was undone", color="gray", disabled=True)
+        self.undo = gui.add_button("Undo", hint="Undo the last change (Ctrl-Z)", color="gray", disabled=True)
+        self.redo = gui.add_button("Redo", hint="Redo the last undone change (Ctrl-Shift-Z)", color="gray", disabled=True)
 
     def step_by(self, history: SceneHistory, step: Callable[[Callable[[], tuple[str, ...]]], None]) -> None:
         """Call ``step`` with the method of a history, ``undo`` or ``redo``, at each click or key."""
         self._history = history
         for button, act, words, modifier in (
-            (self.undo, history.undo, "Undo what was last done", "cmd/ctrl"),
-            (self.redo, history.redo, "Redo what was undone", "cmd/ctrl+shift"),
+            (self.undo, history.undo, "Undo the last change", "cmd/ctrl"),
+            (self.redo, history.redo, "Redo the last undone change", "cmd/ctrl+shift"),
         ):
             button.on_click(lambda _, act=act: step(act))
             self._gui.add_command(words, hotkey="Z", modifier=modifier).on_trigger(lambda _, act=act: step(act))  # type: ignore[arg-type]

@@ -33,7 +33,7 @@ def shapes_of_file(
     """
     ending = Path(name).suffix.lower()
     if len(content) > MAX_BYTES:
-        raise FileError(name, f"has more than {MAX_BYTES // 1_000_000} MB, the most that is read")
+        raise FileError(name, f"is larger than {MAX_BYTES // 1_000_000} MB, the maximum")
     if ending in CHECKED:
         return _mesh(name, content, scale, announce if pieces else None)
     if ending not in READERS:
@@ -42,7 +42,7 @@ def shapes_of_file(
     if ending == ".ply" and ply.counts(content).get("face", 0):
         return (ConvexMesh.from_points(points),)
     if len(points) > MAX_POINTS:
-        words = f"has {len(points)} points, of which the page takes {MAX_POINTS}; PointCloud.thinned makes fewer of them"
+        words = f"has {len(points)} points; the page takes at most {MAX_POINTS}: PointCloud.thinned reduces their number"
         raise FileError(name, words)
     return (PointCloud(points, RADIUS),)
 

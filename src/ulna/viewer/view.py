@@ -92,7 +92,7 @@ class View:
         self._floor_height, self._under = float(ground.position[2]), ()
         self.clearance = ClearancePanel(server, extent.radius)
         self.allow = server.gui.add_button(
-            "Allow these contacts", hint="These links may touch from now on; Ctrl-Z takes it back", visible=False
+            "Allow these contacts", hint="These links may touch from now on; Ctrl-Z undoes it", visible=False
         )
         self.allowed = server.gui.add_html("", visible=False)
         self.allow.on_click(lambda _: self._allow())
@@ -122,7 +122,7 @@ class View:
             height = floor_height(robot, float(ground.position[2]))
             self.floor = Floor(server.gui, session.world, height, self.obstacles.changing)
             self.itself = server.gui.add_checkbox(
-                "Check the robot against itself",
+                "Check self-collision",
                 initial_value=session.itself,
                 disabled=bool(session.unchecked),
                 hint=session.unchecked or None,

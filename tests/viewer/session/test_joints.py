@@ -60,7 +60,7 @@ def test_a_mimic_joint_is_shown_at_its_multiplier_times_the_leader_plus_offset()
         leader = robot.joint_slices[robot.joint_names.index(follower.leader)].start
         mimic = next(joint.mimic for joint in robot.description.joints if joint.name == follower.name)
         assert follower.position(q) == pytest.approx(mimic.multiplier * q[leader] + mimic.offset)
-        assert follower.hint.startswith(f"It follows: {follower.name} = ")
+        assert follower.hint.startswith(f"Mimic joint: {follower.name} = ")
 
 
 def test_the_outline_lists_every_link_below_its_parent(talos):

@@ -79,7 +79,7 @@ def test_where_no_free_pose_is_near_it_says_so(panda, steered, clock):
     steered._session.world.add("all of it", ulna.Box((4.0, 4.0, 4.0)))
     run(steered, clock, 0.1)
     steered.go_free()
-    assert "no free pose" in steered.sentence
+    assert "no collision-free pose" in steered.sentence
     assert np.array_equal(steered._session.q, panda.home)
 
 
@@ -172,7 +172,7 @@ def test_while_its_kernels_are_compiled_it_waits(panda, world, clock):
     steered = Steering(session)
     steered.turn(on=True)
     assert (run(steered, clock, 0.2, (1, 1)) == panda.home).all()
-    assert steered.sentence == "steering waits for the compiler"
+    assert steered.sentence == "waiting for the servo to compile"
 
 
 def test_an_obstacle_that_comes_into_a_resting_arm_is_named_at_once(panda, steered, clock):

@@ -92,7 +92,7 @@ def test_a_way_point_that_is_not_reached_is_named(panda, world):
         planning.keep_goal()
     planning.frame(0.0)
     assert planning.shown.motion is None
-    assert planning.sentence.startswith("way point 2: goal in collision: ")
+    assert planning.sentence.startswith("waypoint 2: goal in collision: ")
     planning.drop_waypoint()
     assert len(planning.waypoints) == 1
     assert planning.hand_pose[0, 3] == 0.45

@@ -16,7 +16,7 @@ from ulna.robot import Robot
 from ulna.robot.hand_link import hand_link
 from ulna.viewer.session.ellipsoid import driven_columns
 
-NAME = "where the arm begins"
+NAME = "the first configuration"
 _STRETCHED = 0.1  # share of the largest manipulability of all candidates, below which a configuration is nearly singular
 _ENOUGH = 0.5  # share of the largest manipulability that a bent candidate needs
 _MAX_BENT = 7  # joints that are bent, those nearest to the hand: 3^7 candidates

@@ -54,7 +54,7 @@ class Changes(NamedTuple):
         """
         if held.name not in {one.name for one in self.attached}:
             raise InputError(
-                "mass", f"{held.name!r} came with the robot: with_attached(..., mass=) gives it another in a program"
+                "mass", f"{held.name!r} came with the robot; to change its mass, use with_attached(..., mass=) in a program"
             )
         inertia = Payload(mass or None).of(held.shape)
         return self._replace(

@@ -10,7 +10,7 @@ from ulna.errors import InertiaError
 from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
-TORQUES = "the torques at rest"
+TORQUES = "holding torques"
 NEAR = 0.8  # share of the effort limit from which a joint is marked as near it
 
 

@@ -244,27 +244,27 @@ class Planning:
         if not self.on:
             return ""
         if self.waiting:
-            return "the plan waits for the compiler"
+            return "waiting for the planner to compile"
         if self.shown is None:
             return "no goal yet: drag the handles of the goal"
         plan, motion = self.shown.plan, self.shown.motion
-        at = f"way point {self.shown.n_reached + 1}: " if motion is None and self.shown.n_reached < len(self.waypoints) else ""
+        at = f"waypoint {self.shown.n_reached + 1}: " if motion is None and self.shown.n_reached < len(self.waypoints) else ""
         return at + self._sentence_of(self.shown, plan, motion)
 
     def _sentence_of(self, shown: Planned, plan: Plan, motion: Trajectory | None) -> str:
         if isinstance(plan.reason.data, Report):
             hits = [pair for pair in plan.reason.data.pairs if pair.signed_distance <= 0.0]
             own = plan.status == PlanStatus.START_IN_COLLISION and all(pair.link_b is not None for pair in hits)
-            hint = "; if they touch wherever the robot is, allow these contacts" if own else ""
+            hint = "; if these links touch in every pose, allow these contacts" if own else ""
             return f"{plan.status}: {self._session.names.listed(hits)}{hint}"
         if motion is None:
             of = plan.reason.data
             return f"{plan.status}: {_short_of(of)}" if isinstance(of, IKResult) else str(plan)
         how = "certified free" if motion.certified else "not certified"
         if self.upright or self.on_line:
-            how += f", {plan.worst_violation:.0%} of the tolerance used at most"
+            how += f", uses at most {plan.worst_violation:.0%} of the tolerance"
         if len(shown.legs) > 1:
-            return f"{plan.status}: a motion of {motion.duration:.2f} s, {how}, in {len(shown.legs)} motions"
+            return f"{plan.status}: a motion of {motion.duration:.2f} s, {how}, in {len(shown.legs)} parts"
         too = f"; no path was found without moving {', '.join(plan.moved_beside)} too" if plan.moved_beside else ""
         return f"{plan.status}: a motion of {motion.duration:.2f} s, {how}, {count_of(plan.checks, 'edge')} checked{too}"
 
@@ -308,4 +308,4 @@ def _short_of(nearest: IKResult) -> str:
     parts = [f"{nearest.position_error * 1e3:.1f} mm"] if nearest.position_error >= 5e-5 else []
     if nearest.rotation_error >= np.radians(0.05):
         parts.append(f"{np.degrees(nearest.rotation_error):.1f} deg")
-    return f"{' and '.join(parts) or 'less than 0.1 mm'} too far"
+    return f"the nearest pose is {' and '.join(parts) or 'less than 0.1 mm'} away"

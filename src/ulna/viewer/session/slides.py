@@ -50,7 +50,7 @@ class Slide:
             return f"{self.name}, {self.low:.4g} to {self.high:.4g} {self.unit}"
         factor = "" if self.ratio == 1 else f"{self.ratio:g} * "
         offset = f" + {self.offset:g}" if self.offset else ""
-        return f"It follows: {self.name} = {factor}{self.leader}{offset} [{self.unit}]"
+        return f"Mimic joint: {self.name} = {factor}{self.leader}{offset} [{self.unit}]"
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def _too_near(robot: Robot, world: World, q: Array, names: ShapeNames) -> str:
     near = robot.check_collision(q, world, max_distance=_TOO_NEAR).pairs
     touching = [pair for pair in near if pair.signed_distance <= 0.0]
     what = names.listed(touching or near)
-    return what and (f"{what} touch" if touching else f"{what} are too near to each other") + f": {_WAY_OUT}"
+    return what and (f"{what} touch" if touching else f"{what} are too close to each other") + f": {_WAY_OUT}"
 
 
 def _warmed(servo: Servo) -> bool:
@@ -109,7 +109,7 @@ class Steering:
         robot, world = session.robot, session.world.snapshot()
         q = free_near(robot, world, session.q, lambda q: started(robot, world, link, q, self.jerk)[0] is not None)
         if q is None:
-            self.refusal = "no free pose was found near this one: move the obstacle away"
+            self.refusal = "no collision-free pose was found nearby: move the obstacle away"
         else:
             session.q = q
 
@@ -129,8 +129,8 @@ class Steering:
         if not self.on:
             return ""
         if self.waiting:
-            return "steering waits for the compiler"
-        return self.refusal or ("hold a button, or its key" if self.command is None else str(self.command))
+            return "waiting for the servo to compile"
+        return self.refusal or ("hold a button or its key" if self.command is None else str(self.command))
 
     def frame(self, seconds: float) -> bool:
         """Advance the arm by a time [s]. Returns whether ``sentence`` has changed."""

@@ -91,8 +91,8 @@ def as_commands(robot: Robot, world: World, legs: Sequence[Leg], manner: Manner)
 def _robot_line(robot: Robot) -> str:
     """The line that loads the robot, without the changes that a program made before it showed the robot."""
     if not robot.description.text or not Path(robot.description.source).suffix:
-        return "robot = ...  # the robot of the page, which was not loaded as it is by a name or from a file"
-    return f"robot = ulna.load({name_of(robot)!r})  # with the same arguments, tools and attached objects as on the page"
+        return "robot = ...  # the robot of the page, which cannot be loaded by a name or from one file"
+    return f"robot = ulna.load({name_of(robot)!r})  # add the arguments, tools and attached objects of the page's robot"
 
 
 def _world_lines(world: World) -> list[str]:
