@@ -117,8 +117,8 @@ def test_a_call_returns_none_until_it_is_compiled_in_the_other_thread(compiler, 
     question.compiled.set()
     assert woken.wait(60)
     assert compiler.ask("it", question) == 42
-    assert compiler.take_news()
-    assert not compiler.take_news()
+    assert compiler.pop_finished()
+    assert not compiler.pop_finished()
     assert compiler.names == ()
 
 

@@ -22,13 +22,13 @@ def plan(view):
     with view.session.lock:
         view.plans.planning.turn(on=True)
         view.plans.planning.send(T)
-    view._happened()
+    view._on_event()
 
 
 def choose_obstacle(view):
     with view.obstacles.lock:
         view.obstacles.form.choose("crate")
-    view._happened()
+    view._on_event()
 
 
 TABS = {

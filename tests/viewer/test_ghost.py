@@ -17,7 +17,7 @@ def plans(view):
             if not view.plans.planning.on:
                 view.plans.planning.turn(on=True)
             act(view.plans.planning)
-        view._happened()
+        view._on_event()
         wait_for(lambda: view.plans.planning.shown is not None, "a plan", looks=None)
         with view.session.lock:
             view.plans.show()
@@ -37,7 +37,7 @@ def assert_drawn_at(plans, robot, q):
 
 def test_the_ghost_is_the_arm_at_the_goal_and_the_arm_stays(view, plans, panda):
     goal = panda.home + np.array([0.6, 0.2, 0, 0, 0, 0, 0])
-    shown = plans(lambda planning: planning.send_to(goal))
+    shown = plans(lambda planning: planning.send_configuration(goal))
     assert_drawn_at(shown, panda, goal)
     assert all(node.visible and node.color == GREEN and 0 < node.opacity < 1 for node in shown.ghost._nodes.values())
     assert np.allclose([frame.position for frame in view.arm.frames], panda.link_poses(panda.home)[:, :3, 3], atol=1e-5)
@@ -61,7 +61,7 @@ def test_of_a_goal_out_of_reach_the_ghost_is_red_and_as_near_as_the_arm_comes(vi
 
 
 def test_the_trail_is_the_way_of_the_hand_in_a_color_that_no_other_line_has(view, plans, panda):
-    shown = plans(lambda planning: planning.send_to(panda.home + np.array([0.6, 0.2, 0, 0, 0, 0, 0])))
+    shown = plans(lambda planning: planning.send_configuration(panda.home + np.array([0.6, 0.2, 0, 0, 0, 0, 0])))
     assert shown.line.visible
     assert np.allclose(np.unique(shown.line.colors.reshape(-1, 3), axis=0), [TRAIL])
     assert np.allclose(shown.line.points[1:, 0], shown.line.points[:-1, 1])

@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 from coroutines import run_coroutine
-from ulna.viewer.nodes import Handles, on_level
+from ulna.viewer.nodes import Handles, project_to_level
 
 
 class Scene:
@@ -37,10 +37,10 @@ def handles(scene):
 def test_a_whole_drag_between_two_frames_is_noticed(scene, handles):
     for phase in ("start", "update", "end"):
         scene.send_event(phase)
-    assert handles.take()
-    assert handles.take_release()
-    assert not handles.take()
-    assert not handles.take_release()
+    assert handles.pop_moved()
+    assert handles.pop_released()
+    assert not handles.pop_moved()
+    assert not handles.pop_released()
 
 
 def test_the_program_does_not_move_handles_that_are_being_dragged(scene, handles):
@@ -58,7 +58,7 @@ def test_the_program_does_not_undo_a_move_that_no_frame_has_read(scene, handles)
     scene.control.position = np.array([0.5, 0, 0])
     handles.put(np.eye(4))
     assert handles.pose[0, 3] == 0.5
-    assert handles.take()
+    assert handles.pop_moved()
 
 
 def test_handles_dragged_in_two_tabs_are_held_until_both_release(scene, handles):
@@ -66,14 +66,14 @@ def test_handles_dragged_in_two_tabs_are_held_until_both_release(scene, handles)
     scene.send_event("start", client=2)
     scene.send_event("end", client=1)
     assert handles.dragged
-    assert not handles.take_release()
+    assert not handles.pop_released()
     scene.send_event("end", client=2)
-    assert handles.take_release()
+    assert handles.pop_released()
 
 
 def test_a_drag_along_the_floor_stays_on_the_level_of_the_grabbed_point_and_on_the_line_of_sight(rng):
     for eye, seen, point in rng.uniform(-1, 1, (50, 3, 3)) + np.array([[0, 0, 3], [0, 0, 0], [0, 0, 0]]):
-        found = on_level(eye, seen, point)
+        found = project_to_level(eye, seen, point)
         assert found[2] == pytest.approx(point[2])
         np.testing.assert_allclose(np.cross(found - eye, seen - eye), 0.0, atol=1e-9)
 
@@ -81,13 +81,13 @@ def test_a_drag_along_the_floor_stays_on_the_level_of_the_grabbed_point_and_on_t
 def test_a_drag_that_only_grazes_the_floor_is_parallel_to_the_screen():
     eye, point = np.array([0.0, 0, 1.0]), np.array([1.0, 0, 0])
     for seen in ([1.0, 0, 1.0], [1.0, 0, 0.99], [1.0, 0, 2.0], [1.0, 0, 0.9]):
-        assert np.array_equal(on_level(eye, np.array(seen), point), seen)
+        assert np.array_equal(project_to_level(eye, np.array(seen), point), seen)
 
 
 def test_what_handles_hold_is_dragged_as_by_them(scene, handles):
     listeners = []
     node = SimpleNamespace(on_drag=lambda *_, **options: lambda dragged: listeners.append((options.get("modifier"), dragged)))
-    handles.grip(node, lambda: ulna.pose((1, 0, 0)))
+    handles.make_draggable(node, lambda: ulna.pose((1, 0, 0)))
     camera = SimpleNamespace(camera=SimpleNamespace(position=(1.0, 0, 10.0)))
 
     def send(phase, end, modifier=None):
@@ -99,10 +99,10 @@ def test_what_handles_hold_is_dragged_as_by_them(scene, handles):
     send("start", (1.0, 0, 0))
     assert handles.dragged
     send("update", (1.2, 0.1, 1.0))
-    assert handles.take()
+    assert handles.pop_moved()
     np.testing.assert_allclose(handles.pose[:3, 3], (1 + 0.2 * 10 / 9, 0.1 * 10 / 9, 0.0))
     send("end", (1.0, 0.3, 0.0))
-    assert handles.take_release()
+    assert handles.pop_released()
     np.testing.assert_allclose(handles.pose[:3, 3], (1.0, 0.3, 0.0))
     send("start", (1.0, 0, 0), "shift")
     send("update", (1.0, 0, 0.5), "shift")

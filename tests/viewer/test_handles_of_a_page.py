@@ -42,7 +42,7 @@ def test_a_release_in_the_middle_of_a_frame_is_not_lost(server, panda):
 
     handles.take = take_then_end_the_drag
     for _ in range(20):
-        panel.take()
+        panel.apply_input()
         session.frame()
     assert session.target is None
     assert np.allclose(session.hand_pose, handles.pose, atol=2e-5)
@@ -54,7 +54,7 @@ def test_hiding_handles_releases_them(server):
     assert handles.dragged
     handles.show(visible=False)
     assert not handles.dragged
-    assert handles.take_release()
+    assert handles.pop_released()
     handles.show(visible=True)
     handles.put(ulna.pose((1, 2, 3)))
     assert np.array_equal(handles.pose, ulna.pose((1, 2, 3)))

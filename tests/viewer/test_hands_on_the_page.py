@@ -81,7 +81,7 @@ def test_the_pad_has_three_buttons_in_a_row_and_moves_by_steps_and_by_joints(vie
     np.testing.assert_allclose((after - before)[:3, 3], (0, 0, -0.01), atol=1.5e-3)
     view.steer.axes.value = "joints"
     view.steer._choose()
-    view._happened()
+    view._on_event()
     q = view.q
     page.get_by_role("button", name="+ panda_joint1").click()
     wait_to_see(page, lambda: abs(view.q[0] - q[0]) > np.radians(4) and not view.steer.moving, "a step of a joint")

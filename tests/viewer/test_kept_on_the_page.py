@@ -154,7 +154,7 @@ def test_handles_are_shown_in_the_tab_to_which_they_belong(view, page):
     wait_to_see(page, lambda: not hand.visible, "no handles of the hand")
     with view.obstacles.lock:
         view.obstacles.form.choose("crate")
-    view._happened()
+    view._on_event()
     wait_to_see(page, lambda: chosen.visible, "the handles of the obstacle")
     page.get_by_role("tab", name="Steer").click()
     wait_to_see(page, lambda: not hand.visible and not chosen.visible, "no handles")

@@ -29,7 +29,7 @@ def view(found):
 def test_the_map_begins_behind_the_robot_and_with_voxels(view, axis):
     """No voxel that is shown is where the robot is: the centers lie beyond its box, as the clouds are drawn."""
     view.axis.value = axis
-    view._take_axis()
+    view._apply_axis()
     k = AXES.index(axis)
     low, high = view.arm.extent.low, view.arm.extent.high
     centers = view.voxels.centers[view.shown]
@@ -88,7 +88,7 @@ def test_a_click_solves_the_orientations_of_a_voxel_and_the_robot_goes_there(vie
     assert np.abs(center - [2.0, 0.05, 0.5])[1:].max() <= 0.075
     assert (view.result.success == found.solutions_at(center).success).all()
     reached = np.flatnonzero(view.result.success)
-    assert f"{len(reached)} of 8 orientations reached" in view.told.content
+    assert f"{len(reached)} of 8 orientations reached" in view.status.content
     number = found.robot.link_names.index(found.link)
     np.testing.assert_allclose(view.arm.frames[number].position, center, atol=1e-4)
     before, view.solution.value = view.arm.frames[number].wxyz.copy(), len(reached)

@@ -65,14 +65,14 @@ def test_results_are_also_given_by_word_and_by_filling():
     free = Clearance(Report(()))
     assert free.state == "free"
     for color in (GREEN, palette.TRAIL):
-        assert "solid" in html.marked("free", color)
-        assert "background" not in html.marked("free", color)
+        assert "solid" in html.status_line("free", color)
+        assert "background" not in html.status_line("free", color)
     for color in (RED, palette.STOPPED):
-        assert "border:" not in html.marked("collision", color)
-        assert "background" in html.marked("collision", color)
-    assert "dotted" in html.marked("checking ...", palette.UNKNOWN)
-    assert "background" not in html.marked("checking ...", palette.UNKNOWN)
-    assert "collision" in html.marked("collision", RED)
+        assert "border:" not in html.status_line("collision", color)
+        assert "background" in html.status_line("collision", color)
+    assert "dotted" in html.status_line("checking ...", palette.UNKNOWN)
+    assert "background" not in html.status_line("checking ...", palette.UNKNOWN)
+    assert "collision" in html.status_line("collision", RED)
 
 
 def test_colors_that_deuteranopia_confuses_are_found_similar():

@@ -11,7 +11,7 @@ from ulna.viewer.html import load_bar
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.page import Page
 from ulna.viewer.palette import GREEN, RED, STOPPED, UNKNOWN
-from ulna.viewer.session.loads import Load, are_known, loads
+from ulna.viewer.session.loads import Load, has_inertias, loads
 
 
 @pytest.fixture(scope="module")
@@ -50,9 +50,9 @@ def test_a_bar_is_as_long_as_its_share_and_full_beyond_the_limit(torque, limit, 
 
 
 def test_without_inertias_there_is_no_bar(panda, server):
-    assert are_known(panda)
+    assert has_inertias(panda)
     for robot in (panda.with_inertias({"panda_link3": None}), ulna.Robot.from_dh([(0, 0, 0, 0)])):
-        assert not are_known(robot)
+        assert not has_inertias(robot)
         with ulna.view(robot) as view:
             assert not any(bar.visible for bar in view.joints.bars.values())
     joints = JointSliders(server.gui, panda, lambda: None)

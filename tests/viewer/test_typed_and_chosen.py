@@ -44,7 +44,7 @@ def person_sets(field, value, between=lambda: None, client=None):
 
 def choose(obstacles, name):
     obstacles.form.choose(name)
-    obstacles.take()
+    obstacles.apply_input()
     obstacles.show(set())
 
 
@@ -52,7 +52,7 @@ def test_a_frame_does_not_overwrite_a_value_that_was_just_typed(obstacles):
     obstacles.world.add("ball", ulna.Sphere(0.1))
     choose(obstacles, "ball")
     person_sets(obstacles.form.sizes["radius"], 0.25, between=lambda: obstacles.show(set()))
-    obstacles.take()
+    obstacles.apply_input()
     assert obstacles.world.shape("ball") == ulna.Sphere(0.25)
 
 
@@ -62,17 +62,17 @@ def test_only_the_number_that_was_typed_changes(obstacles):
     choose(obstacles, "rod")
     form = obstacles.form
     person_sets(form.xyz, (0.5, *form.xyz.value[1:]))
-    obstacles.take()
+    obstacles.apply_input()
     expected = T.copy()
     expected[0, 3] = 0.5
     assert np.array_equal(obstacles.world.pose("rod"), expected)
     person_sets(form.rpy, (*form.rpy.value[:2], 0.5))
-    obstacles.take()
+    obstacles.apply_input()
     moved = obstacles.world.pose("rod")
     assert np.allclose(moved, ulna.pose((0.5, 1 / 3, 2 / 3), (0.1234567, 0.2345678, 0.5)), rtol=0, atol=1e-12)
     person_sets(form.sizes["length"], 0.4)
     person_sets(form.name, "post")
-    obstacles.take()
+    obstacles.apply_input()
     assert obstacles.world.shape("post") == ulna.Cylinder(1 / 30, 0.4)
     assert obstacles.world.names == ("post",)
     assert np.array_equal(obstacles.world.pose("post"), moved)
@@ -84,7 +84,7 @@ def test_a_typed_value_changes_the_obstacle_that_was_chosen_at_that_time(obstacl
     choose(obstacles, "a")
     person_sets(obstacles.form.sizes["radius"], 0.2)
     person_sets(obstacles.form.choice, "b")
-    assert obstacles.take()
+    assert obstacles.apply_input()
     assert [obstacles.world.shape(name).radius for name in ("a", "b")] == [0.2, 0.1]
 
 
@@ -94,7 +94,7 @@ def test_a_bad_value_is_reported_to_the_tab_where_it_was_typed(obstacles):
     obstacles.world.add("ball", ulna.Sphere(0.1))
     choose(obstacles, "ball")
     person_sets(obstacles.form.sizes["radius"], -1.0, client=client)
-    obstacles.take()
+    obstacles.apply_input()
     assert notifications[0][0] == "Not changed"
     assert obstacles.world.shape("ball") == ulna.Sphere(0.1)
     assert obstacles.form.sizes["radius"].value == 0.1
@@ -103,14 +103,14 @@ def test_a_bad_value_is_reported_to_the_tab_where_it_was_typed(obstacles):
 def test_an_obstacle_cannot_have_the_name_of_a_link_or_shape_of_the_robot(server, panda):
     notifications = []
     client = SimpleNamespace(add_notification=lambda *words, **_: notifications.append(words))
-    obstacles = Obstacles(server, ulna.World(), np.zeros(3), 1.0, lambda: None, ShapeNames(panda).taken)
+    obstacles = Obstacles(server, ulna.World(), np.zeros(3), 1.0, lambda: None, ShapeNames(panda).reserved)
     obstacles.add("Box")
     obstacles.add("Sphere")
     assert obstacles.world.names == ("new box 1", "sphere 1")
     choose(obstacles, "new box 1")
     for name in ("box 7", "panda_link3", "panda_link1 (box 2)"):
         person_sets(obstacles.form.name, name, client=client)
-        obstacles.take()
+        obstacles.apply_input()
     assert obstacles.world.names == ("new box 1", "sphere 1")
     assert obstacles.form.name.value == "new box 1"
     assert [words[0] for words in notifications] == 3 * ["Not changed"]

@@ -18,7 +18,7 @@ from ulna.demo.scenario import BOX, BOX_NAME, BOX_START, LIGHT, LIGHT_POSITION, 
 from ulna.description.pose import pose
 from ulna.viewer.arm import REAL_ARM, Arm
 from ulna.viewer.compiler import Compiler
-from ulna.viewer.html import lead, marked, small_text
+from ulna.viewer.html import lead, small_text, status_line
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.loop import Loop
 from ulna.viewer.nodes import Handles
@@ -127,7 +127,7 @@ class DemoApp:
     def draw_report(self, report: Report | None) -> None:
         """Set the colors of the light and the boxes, and the text; gray while the check is compiled."""
         self.scene.draw_report(report)
-        self.verdict.content = marked(light_word(report), light_color(report))
+        self.verdict.content = status_line(light_word(report), light_color(report))
 
     def _failed(self, error: Exception | None) -> None:
         self.notice.show_failure(error)  # the notice is created after the loop
@@ -139,7 +139,7 @@ class DemoApp:
         gui.add_html(lead(_WHAT) + small_text(_MORE))
         if self.scene.arm.missing:
             gui.add_html(small_text(REAL_ARM))
-        self.verdict = gui.add_html(marked(light_word(None), light_color(None)))
+        self.verdict = gui.add_html(status_line(light_word(None), light_color(None)))
         self.notice = Notice(gui)
         self.avoiding = gui.add_checkbox("Plan around the box", initial_value=False, hint=_AROUND)
         self.avoiding.on_update(lambda _: self._avoid())
@@ -161,14 +161,14 @@ class DemoApp:
         now = time.perf_counter()
         seconds, self._last = now - self._last, now
         with self.player.lock, self.server.atomic():
-            if self.scene.handles.take():
+            if self.scene.handles.pop_moved():
                 self.player.drag(self.scene.handles.pose)
             q = self.player.q.copy()
-            if self.joints.take(q):  # moving a slider stops the trajectory
+            if self.joints.apply_input(q):  # moving a slider stops the trajectory
                 self.set_configuration(q)
             elif self.playing.value and self.speed.value > 0.0:
                 self.player.advance(seconds * self.speed.value)
-            if self.compiler.take_news() or self.player.report is None:
+            if self.compiler.pop_finished() or self.player.report is None:
                 self.player.check()
             self.notice.show_compiling(self.compiler.names)
             self._show_way()
@@ -187,7 +187,7 @@ class DemoApp:
         self.way.visible = self.player.avoiding
         if self.player.avoiding:
             color = UNKNOWN if around.plan is None else GREEN if around.plan else RED
-            self.way.content = marked(around.sentence, color)
+            self.way.content = status_line(around.sentence, color)
 
     def _follow(self, now: float) -> None:
         """Set the sliders to the arm's q; a number that is being typed in a tab is kept (``viewer.typed``)."""
@@ -214,7 +214,7 @@ class DemoScene:
         )
         self.handles = Handles(scene, "/movable", 0.22, moved)
         self.handles.put(demo.world.pose(BOX_NAME))
-        self.handles.grip(scene.add_box("/movable/box", MOVABLE, BOX.extents))
+        self.handles.make_draggable(scene.add_box("/movable/box", MOVABLE, BOX.extents))
 
     def draw_report(self, report: Report | None) -> None:
         """Set the color of the light, its text, and the boxes in contact; gray while the report is unknown."""

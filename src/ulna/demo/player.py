@@ -49,7 +49,7 @@ class Player:
         self.demo, self.screen, self._ask = demo, screen, ask
         self.report: Report | None = None
         self.q = demo.robot.home
-        self.time = self.answer_time = 0.0
+        self.time = self.response_time = 0.0
         self.avoiding, self.around = False, BoxAvoidance(demo, ask)
         self.lock = threading.RLock()
 
@@ -79,7 +79,7 @@ class Player:
         with self.lock:
             self.demo.move_box(T_base_box)
             self.check()
-            self.answer_time = time.perf_counter() - start
+            self.response_time = time.perf_counter() - start
 
     def check(self) -> None:
         """Check the contacts of the box again, and draw them."""

@@ -17,13 +17,13 @@ from ulna.description.robot_description import Body
 from ulna.description.shapes import Mesh, UnknownShape
 from ulna.errors import FileError, count_of
 from ulna.robot import Robot
-from ulna.viewer.html import listed, small_text, tree_html
-from ulna.viewer.nodes import add_shape, add_triangles, grown
+from ulna.viewer.html import bullet_list, small_text, tree_html
+from ulna.viewer.nodes import add_shape, add_triangles, offset_mesh
 from ulna.viewer.palette import FAINT, FREE, PALE, STRONG, TINT, TOUCHING
 from ulna.viewer.visuals import glb_of, link_visuals, links_moving_with, read_mesh, tinted
 
-_OVER = 3e-3  # share of the robot's size: the offset of a surface drawn over another one, against flicker
-_STILL = 1e-6  # [m or 1] the pose of a link is not sent to the page for a smaller change
+_OFFSET = 3e-3  # share of the robot's size: the offset of a surface drawn over another one, against flicker
+_MIN_MOTION = 1e-6  # [m or 1] the pose of a link is not sent to the page for a smaller change
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,22 +84,22 @@ class Arm:
         self.attached: dict[str, Any] = {}
         self._looks_shown, self._n_held = True, 0
         self._clicked: Callable[[str], None] = lambda _: None
-        self.hold(robot)
+        self.attach(robot)
         self._touching: tuple[str, ...] = ()
         self._red: frozenset[str] = frozenset()  # the links that are shown in red
         self._tints: dict[str, Any] = {}  # the red mesh of each link that was in contact once
-        self._near, self._solids_shown = "", True
+        self._nearest, self._solids_shown = "", True
 
     def move_to(self, q: NDArray[np.float64]) -> None:
         """Move every link to its pose at q, shape (n_dof,)."""
         places = self.robot.link_poses(q)
-        moved = np.flatnonzero(np.abs(places - self._places).max(axis=(1, 2)) > _STILL)
+        moved = np.flatnonzero(np.abs(places - self._places).max(axis=(1, 2)) > _MIN_MOTION)
         turns = quaternion_from_matrix(places)
         for k in moved:
             self.frames[k].position, self.frames[k].wxyz = places[k, :3, 3], turns[k]
         self._places[moved] = places[moved]
 
-    def hold(self, robot: Robot) -> None:
+    def attach(self, robot: Robot) -> None:
         """Draw the attached objects of a robot with the same links."""
         held = {one.name: one for one in robot.attached}
         known = {one.name: one for one in self.robot.attached}
@@ -150,20 +150,20 @@ class Arm:
         for link, node in self._tints.items():
             node.visible = link in self._red and link not in self.hidden
 
-    def show_near(self, name: str) -> None:
+    def show_nearest(self, name: str) -> None:
         """Show the shape of a name, faintly if collision shapes are hidden: the one nearest to an obstacle."""
-        if name != self._near and not self._solids_shown:
-            for shape, visible in ((self._near, False), (name, True)):
+        if name != self._nearest and not self._solids_shown:
+            for shape, visible in ((self._nearest, False), (name, True)):
                 if shape in self.solids:
                     self.solids[shape].visible = visible
-        self._near = name
+        self._nearest = name
         self._set_opacities()
 
     def show_solids(self, *, visible: bool) -> None:
         """Show or hide the collision shapes."""
         self._solids_shown = visible
         for name, node in self.solids.items():
-            node.visible = visible or name == self._near
+            node.visible = visible or name == self._nearest
         self._set_opacities()
 
     def _set_opacities(self) -> None:
@@ -173,7 +173,7 @@ class Arm:
         """
         for name, node in (self.solids | self.attached).items():
             is_strong = name in self._touching or name in self.attached
-            opacity = STRONG if is_strong else FAINT if name == self._near and not self._solids_shown else PALE
+            opacity = STRONG if is_strong else FAINT if name == self._nearest and not self._solids_shown else PALE
             if node.opacity != opacity:
                 node.opacity = opacity
 
@@ -191,7 +191,8 @@ class Arm:
                 found[name] = add_shape(self._scene, place, body.shape, FREE, PALE, body.pose, **look)
                 continue
             try:
-                mesh = grown(read_mesh(body.shape, files).apply_transform(body.pose).to_mesh(), _OVER * self.extent.radius)
+                mesh = read_mesh(body.shape, files).apply_transform(body.pose).to_mesh()
+                mesh = offset_mesh(mesh, _OFFSET * self.extent.radius)
             except FileError as error:
                 self.missing = tuple(dict.fromkeys((*self.missing, str(error))))
             else:
@@ -258,6 +259,6 @@ class VisibilityPanel:
             with gui.add_folder(f"Missing meshes ({len(arm.missing)})", expand_by_default=False):
                 if arm.robot.name == "panda":
                     gui.add_html(small_text(REAL_ARM))
-                gui.add_html(listed(arm.missing))
+                gui.add_html(bullet_list(arm.missing))
         with gui.add_folder(f"Tree ({count_of(len(arm.robot.link_names), 'link')})", expand_by_default=False):
             gui.add_html(tree_html(arm.robot))

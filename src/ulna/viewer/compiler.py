@@ -18,7 +18,7 @@ from ulna.robot.hand_link import hand_link
 from ulna.viewer.session.clearance import clearance
 from ulna.viewer.session.ellipsoid import mobility
 from ulna.viewer.session.hand import Hand
-from ulna.viewer.session.loads import TORQUES, are_known, loads
+from ulna.viewer.session.loads import TORQUES, has_inertias, loads
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -78,7 +78,7 @@ class Compiler:
         """Compile the kernels of a job by running it in the other thread, after all others."""
         self._add(name, job, first=False)
 
-    def take_news(self) -> bool:
+    def pop_finished(self) -> bool:
         """Whether a job has ended since the last call."""
         news, self._news = self._news, False
         return news
@@ -144,7 +144,7 @@ def rehearsals(robot: Robot, *, checked: bool) -> Iterator[tuple[str, Callable[[
     world.add("ball", Sphere(1.0), pose((_FAR, 0.0, 0.0)))
     if robot.n_dof:
         yield "dragging the hand", lambda: _drag(robot, None)
-        if are_known(robot):
+        if has_inertias(robot):
             yield TORQUES, lambda: loads(robot, robot.home)
         yield "the manipulability of the hand", lambda: mobility(robot, robot.home, hand_link(robot))
     if checked:

@@ -23,7 +23,7 @@ from ulna.viewer.surface_nets import Distance, Vector, box, cone, cut, drum, mes
 
 SHELL, DARK, PAD = (236, 238, 241, 255), (66, 72, 82, 255), (120, 128, 140, 255)  # colors of shells, joints, fingers
 _NARROWEST = 0.6  # the radius at the tip, relative to the base
-_MANY = 10  # a robot with at least as many joints has several chains: it is drawn thinner and in less detail
+_MANY_JOINTS = 10  # a robot with at least as many joints has several chains: it is drawn thinner and in less detail
 _WAIST = 0.92  # the radius of a leg, relative to its joint
 _GAP = 0.09  # between two shells, relative to the radius
 _TURNING = (JointType.REVOLUTE, JointType.CONTINUOUS)
@@ -51,7 +51,7 @@ class _Leg:
 
 
 @dataclass(frozen=True)
-class _Joined:
+class _DrawnJoint:
     """The joint between two drawn links.
 
     Attributes:
@@ -60,7 +60,7 @@ class _Joined:
         at: For ``"inline"``, the coordinate along the axis at which the shells meet, from the child's origin [m].
         ahead: For ``"inline"``, 1 if the child is ahead of the parent in the direction of the axis, else -1.
         straight: Whether the child continues along the axis.
-        beside: The coordinate along the axis at which the child's body runs, from the child's origin [m].
+        offset: The coordinate along the axis at which the child's body runs, from the child's origin [m].
     """
 
     kind: str
@@ -68,7 +68,7 @@ class _Joined:
     at: float = 0.0
     ahead: float = 1.0
     straight: bool = False
-    beside: float = 0.0
+    offset: float = 0.0
 
 
 def drawn_body(robot: Robot) -> dict[str, trimesh.Scene]:
@@ -83,11 +83,11 @@ class _Drawing:
         self._legs: dict[str, list[_Leg]] = {link: [] for link in robot.link_names}
         for joint in robot.description.joints:
             self._legs[joint.parent].append(_leg(joint))
-        self._joined = {joint.child: self._join(joint) for joint in robot.description.joints}
+        self._drawn_joints = {joint.child: self._join(joint) for joint in robot.description.joints}
 
     def scenes(self) -> dict[str, trimesh.Scene]:
         bodies = {link: self._body(link) for link in self._robot.link_names}
-        return {link: joined(parts) for link, parts in bodies.items() if parts}
+        return {link: merge_parts(parts) for link, parts in bodies.items() if parts}
 
     # ---- sizes and joints -----------------------------------------------------------------------------------------------
 
@@ -96,7 +96,7 @@ class _Drawing:
         """The radius at the base [m], from the length of the robot and the widths of its collision shapes."""
         robot = self._robot
         lengths = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in robot.description.joints) or 1.0
-        usual = (0.05 if robot.n_dof < _MANY else 0.02) * lengths
+        usual = (0.05 if robot.n_dof < _MANY_JOINTS else 0.02) * lengths
         widths = [
             radius / self._taper(link.name)
             for link in robot.description.links
@@ -104,7 +104,8 @@ class _Drawing:
             for radius in map(_half_width, link.collisions)
             if radius
         ]
-        return float(np.clip(np.median(widths), 0.5 * usual, (1.6 if robot.n_dof < _MANY else 1.0) * usual)) if widths else usual
+        largest = (1.6 if robot.n_dof < _MANY_JOINTS else 1.0) * usual
+        return float(np.clip(np.median(widths), 0.5 * usual, largest)) if widths else usual
 
     def _taper(self, link: str) -> float:
         """The factor of a link's radius: 1 at the base, _NARROWEST at the end of the longest chain."""
@@ -124,34 +125,34 @@ class _Drawing:
                 return leg.joint.origin[:3, :3] @ further
         return np.zeros(3)
 
-    def _join(self, joint: Joint) -> _Joined:
+    def _join(self, joint: Joint) -> _DrawnJoint:
         leg, onward = _leg(joint), self._onward(joint.child)
         longest = max(float(np.linalg.norm(one.end)) for one in (leg, *self._legs[joint.child]))
         radius = self._thickness * self._taper(joint.child)
         radius = min(radius, 0.5 * longest) if longest > 0.0 else radius
         if joint.type == JointType.PRISMATIC:
-            return _Joined("slide", radius)
+            return _DrawnJoint("slide", radius)
         if joint.type not in _TURNING:
-            return _Joined("", radius)
-        length, beside = float(np.linalg.norm(onward)), self._beside(joint.child, radius)
+            return _DrawnJoint("", radius)
+        length, offset = float(np.linalg.norm(onward)), self._body_offset(joint.child, radius)
         cosine = float(onward @ _unit(joint.axis)) / length if length > 0.0 else 0.0
         straight = abs(cosine) > 0.7
         carrier = self._carriers.get(joint.parent)
         before = -leg.along
         if carrier is not None and abs(side := float(_unit(carrier.axis) @ leg.axis)) > _PARALLEL:
-            before += side * self._beside(joint.parent, radius)
-        if abs(beside - before) >= radius:
-            ahead = float(np.sign(beside - before))
+            before += side * self._body_offset(joint.parent, radius)
+        if abs(offset - before) >= radius:
+            ahead = float(np.sign(offset - before))
             goes_on = straight and cosine * ahead > 0
-            return _Joined("inline", radius, (before + beside) / 2, ahead, goes_on, beside)
+            return _DrawnJoint("inline", radius, (before + offset) / 2, ahead, goes_on, offset)
         if straight:
             ahead = float(np.sign(cosine))
-            return _Joined("inline", radius, ahead * min(1.15 * radius, length / 2), ahead, straight=True)
+            return _DrawnJoint("inline", radius, ahead * min(1.15 * radius, length / 2), ahead, straight=True)
         if not length:
-            return _Joined("inline", radius, 0.9 * radius, 1.0)
-        return _Joined("hinge", radius)
+            return _DrawnJoint("inline", radius, 0.9 * radius, 1.0)
+        return _DrawnJoint("hinge", radius)
 
-    def _beside(self, link: str, radius: float) -> float:
+    def _body_offset(self, link: str, radius: float) -> float:
         """The offset of a link's body along its joint axis [m], for a link between parallel axes.
 
         It is 0 unless the collision shapes are far from the origin.
@@ -164,42 +165,42 @@ class _Drawing:
         shapes = next(one.collisions for one in self._robot.description.links if one.name == link)
         if not shapes or not any(np.linalg.norm(leg.foot) > _NEAR * radius for leg in parallel):
             return 0.0
-        beside = float(np.median([body.pose[:3, 3] @ axis for body in shapes]))
-        return beside if abs(beside) > _NEAR * radius else 0.0
+        offset = float(np.median([body.pose[:3, 3] @ axis for body in shapes]))
+        return offset if abs(offset) > _NEAR * radius else 0.0
 
     # ---- the body of a link -----------------------------------------------------------------------------------------------
 
     def _body(self, link: str) -> list[trimesh.Trimesh]:
         carrier = self._carriers.get(link)
-        own = self._joined[link] if carrier is not None else _Joined("", self._thickness)
+        own_joint = self._drawn_joints[link] if carrier is not None else _DrawnJoint("", self._thickness)
         shells: list[Distance] = []
         cuts: list[Distance] = []
         dark: list[trimesh.Trimesh] = []
         parts: list[trimesh.Trimesh] = []
         if self._stands(link):
-            own = _Joined("", 1.3 * self._thickness)
-            up, r = np.array([0.0, 0.0, 1.0]), own.radius
+            own_joint = _DrawnJoint("", 1.3 * self._thickness)
+            up, r = np.array([0.0, 0.0, 1.0]), own_joint.radius
             if all(leg.end[2] >= 0.0 for leg in self._legs[link]):
                 if carrier is None:
-                    dark.append(_turned(np.zeros(3), up, (0.0, 0.2 * r), 1.2 * r))
+                    dark.append(_disc(np.zeros(3), up, (0.0, 0.2 * r), 1.2 * r))
                 cuts.append(drum(-2.0 * r * up, up, 4.0 * r, 2.1 * r, 0.0))  # nothing below the foot
         elif carrier is not None:
-            _begin(own, _unit(carrier.axis), shells, cuts, dark, leaf=not self._onward(link).any())
+            _add_near_end(own_joint, _unit(carrier.axis), shells, cuts, dark, leaf=not self._onward(link).any())
         for leg in self._legs[link]:
-            there = self._joined[leg.joint.child]
+            child_joint = self._drawn_joints[leg.joint.child]
             if self._is_finger(leg.joint):
                 shells.append(_palm(leg))
             elif self._is_hand(leg.joint):
                 parts += _hand(leg.end, self._spread(link, leg.end))
             else:
-                start = np.zeros(3) if carrier is None else own.beside * _unit(carrier.axis)
-                _go(own, start, leg, there, shells, cuts, dark, leaf=not self._legs[leg.joint.child])
+                start = np.zeros(3) if carrier is None else own_joint.offset * _unit(carrier.axis)
+                _add_leg(own_joint, start, leg, child_joint, shells, cuts, dark, leaf=not self._legs[leg.joint.child])
         if carrier is not None and self._is_finger(carrier):
             shells = [_finger(carrier)]
-        size = min([own.radius, *(self._joined[leg.joint.child].radius for leg in self._legs[link])])
-        cell = (0.08 if self._robot.n_dof < _MANY else 0.14) * size
+        size = min([own_joint.radius, *(self._drawn_joints[leg.joint.child].radius for leg in self._legs[link])])
+        cell = (0.08 if self._robot.n_dof < _MANY_JOINTS else 0.14) * size
         body = mesh_of(cut(union(shells, 0.32 * size), cuts, 1.75 * cell), cell) if shells else None
-        return parts + [painted(part, DARK) for part in dark] + ([] if body is None else [painted(body, SHELL)])
+        return parts + [paint_mesh(part, DARK) for part in dark] + ([] if body is None else [paint_mesh(body, SHELL)])
 
     def _stands(self, link: str) -> bool:
         """Whether a link is the root, or fixed to the root at its origin with the same z axis."""
@@ -214,7 +215,7 @@ class _Drawing:
         carrier = self._carriers.get(joint.parent)
         ends = joint.type == JointType.FIXED and not self._legs[joint.child] and len(self._legs[joint.parent]) == 1
         beyond = carrier is not None and carrier.type == JointType.FIXED and self._robot.tree.link_row[joint.parent] >= 0
-        return ends and beyond and float(np.linalg.norm(joint.origin[:3, 3])) > self._joined[joint.child].radius
+        return ends and beyond and float(np.linalg.norm(joint.origin[:3, 3])) > self._drawn_joints[joint.child].radius
 
     def _is_finger(self, joint: Joint) -> bool:
         leg = _leg(joint)
@@ -244,19 +245,20 @@ def _leg(joint: Joint) -> _Leg:
     return _Leg(joint, axis, end, foot)
 
 
-def _begin(
-    own: _Joined, axis: Vector, shells: list[Distance], cuts: list[Distance], dark: list[trimesh.Trimesh], *, leaf: bool
+def _add_near_end(
+    own_joint: _DrawnJoint, axis: Vector, shells: list[Distance], cuts: list[Distance], dark: list[trimesh.Trimesh], *, leaf: bool
 ) -> None:
     """Add the part of a link at its own joint."""
-    r = own.radius
-    match own.kind:
+    r = own_joint.radius
+    match own_joint.kind:
         case "inline":
-            end = own.at + own.ahead * 0.7 * r if leaf else 0.0 if own.straight else own.beside + own.ahead * 1.05 * r
-            body, onward = cone(axis * own.at, axis * end, r, r), axis * own.ahead
-            if not own.straight or leaf:
+            end = 0.0 if own_joint.straight else own_joint.offset + own_joint.ahead * 1.05 * r
+            end = own_joint.at + own_joint.ahead * 0.7 * r if leaf else end
+            body, onward = cone(axis * own_joint.at, axis * end, r, r), axis * own_joint.ahead
+            if not own_joint.straight or leaf:
                 body = _with_lid(body, axis * end, onward, r, cuts, dark)
             shells.append(body)
-            cuts.append(_beyond(axis * own.at, -onward, r, _GAP * r))
+            cuts.append(_space_beyond(axis * own_joint.at, -onward, r, _GAP * r))
         case "hinge":
             big, half = 1.12 * r, 0.52 * r
             shells.append(drum(np.zeros(3), axis, big, half - _GAP * r, 0.1 * r))
@@ -265,11 +267,11 @@ def _begin(
             shells.append(box(np.zeros(3), np.eye(3), np.full(3, 0.95 * r), 0.25 * r))
 
 
-def _go(
-    own: _Joined,
+def _add_leg(
+    own_joint: _DrawnJoint,
     begin: Vector,
     leg: _Leg,
-    there: _Joined,
+    child_joint: _DrawnJoint,
     shells: list[Distance],
     cuts: list[Distance],
     dark: list[trimesh.Trimesh],
@@ -277,19 +279,19 @@ def _go(
     leaf: bool,
 ) -> None:
     """Add the part of a link from its beginning to a child, and at the child's joint."""
-    r, start = there.radius, _WAIST * own.radius
+    r, start = child_joint.radius, _WAIST * own_joint.radius
     aside = float(np.linalg.norm(leg.foot)) > _NEAR * r
-    match there.kind:
+    match child_joint.kind:
         case "inline":
-            seam, onward = leg.end + leg.axis * there.at, leg.axis * there.ahead
+            seam, onward = leg.end + leg.axis * child_joint.at, leg.axis * child_joint.ahead
             if aside:
                 shells.append(cone(begin, begin + leg.foot, start, _WAIST * r))
                 back = begin + leg.foot - 1.05 * r * onward
                 shells.append(_with_lid(cone(back, seam, r, r), back, -onward, r, cuts, dark))
             else:
                 shells.append(cone(begin, seam, start, r))
-            cuts.append(_beyond(seam, onward, r, _GAP * r))
-            dark.append(_turned(seam, leg.axis, (-0.3 * r, 0.3 * r), 0.92 * r))
+            cuts.append(_space_beyond(seam, onward, r, _GAP * r))
+            dark.append(_disc(seam, leg.axis, (-0.3 * r, 0.3 * r), 0.92 * r))
         case "hinge":
             big, half, wide = 1.12 * r, 0.52 * r, 1.15 * r
             shells.append(cone(begin, leg.end, start, 0.95 * r))
@@ -297,14 +299,14 @@ def _go(
             cuts.append(drum(leg.end, leg.axis, 1.07 * big, half + _GAP * r, 0.0))
             for side in (-1.0, 1.0):
                 _lid(leg.end + leg.axis * side * wide, leg.axis * side, r, cuts, dark)
-            dark.append(_turned(leg.end, leg.axis, (-0.95 * wide, 0.95 * wide), 0.9 * r))
+            dark.append(_disc(leg.end, leg.axis, (-0.95 * wide, 0.95 * wide), 0.9 * r))
         case "slide":
             low, high = _range(leg.joint)
             if aside or abs(leg.along) > _NEAR * r:
                 shells.append(cone(np.zeros(3), leg.end, start, _WAIST * r))
             middle, half = leg.end + leg.axis * (low + high) / 2, (high - low) / 2 + 1.1 * r
             turn = _turn_to(leg.axis)
-            dark.append(_boxed(middle, turn, np.array([0.55 * r, 0.55 * r, half])))
+            dark.append(_box_mesh(middle, turn, np.array([0.55 * r, 0.55 * r, half])))
         case _ if np.linalg.norm(leg.end) > _NEAR * r:
             body = cone(np.zeros(3), leg.end, start, 0.85 * r)
             shells.append(_with_lid(body, leg.end, _unit(leg.end), 0.85 * r, cuts, dark) if leaf else body)
@@ -313,7 +315,7 @@ def _go(
 def _lid(place: Vector, out: Vector, radius: float, cuts: list[Distance], dark: list[trimesh.Trimesh]) -> None:
     """Add a dark lid in the end of a housing."""
     cuts.append(drum(place + 0.2 * radius * out, out, 0.84 * radius, 0.26 * radius, 0.0))
-    dark.append(_turned(place, out, (-0.2 * radius, 0.0), 0.8 * radius))
+    dark.append(_disc(place, out, (-0.2 * radius, 0.0), 0.8 * radius))
 
 
 def _with_lid(
@@ -321,7 +323,7 @@ def _with_lid(
 ) -> Distance:
     """A housing that ends at a place with a lid."""
     _lid(place, out, radius, cuts, dark)
-    return cut(body, [_beyond(place, out, radius)], 0.2 * radius)
+    return cut(body, [_space_beyond(place, out, radius)], 0.2 * radius)
 
 
 def _range(joint: Joint) -> tuple[float, float]:
@@ -329,7 +331,7 @@ def _range(joint: Joint) -> tuple[float, float]:
     return max(joint.limits.lower, -_FARTHEST), min(joint.limits.upper, _FARTHEST)
 
 
-def _beyond(place: Vector, out: Vector, radius: float, gap: float = 0.0) -> Distance:
+def _space_beyond(place: Vector, out: Vector, radius: float, gap: float = 0.0) -> Distance:
     """The space beyond the end of a housing, to be cut off. It begins by ``gap`` before the end [m]."""
     return drum(place + (1.2 * radius - gap) * out, out, 1.25 * radius, 1.2 * radius, 0.0)
 
@@ -352,7 +354,7 @@ def _hand(end: Vector, spread: Vector) -> list[trimesh.Trimesh]:
         parts = [part(0.8, side * 0.3, (0.11, 0.12, 0.14), 0.04), part(0.98, side * 0.26, (0.09, 0.06, 0.14), 0.03)]
         bodies += [(union(parts, 0.06 * length), PAD, 0.018)]
     meshes = [(mesh_of(body, cell * length), color) for body, color, cell in bodies]
-    return [painted(mesh, color) for mesh, color in meshes if mesh is not None]
+    return [paint_mesh(mesh, color) for mesh, color in meshes if mesh is not None]
 
 
 def _palm(leg: _Leg) -> Distance:
@@ -394,7 +396,7 @@ def _half_width(body: Body) -> float:
     return 0.0
 
 
-def _turned(place: Vector, axis: Vector, ends: tuple[float, float], radius: float) -> trimesh.Trimesh:
+def _disc(place: Vector, axis: Vector, ends: tuple[float, float], radius: float) -> trimesh.Trimesh:
     """A disc around an axis with beveled edges. ends: its coordinates along the axis, from ``place`` [m]."""
     (low, high), bevel = ends, min(0.06 * radius, (ends[1] - ends[0]) / 3)
     edge = [(radius - bevel, low), (radius, low + bevel), (radius, high - bevel), (radius - bevel, high)]
@@ -403,19 +405,19 @@ def _turned(place: Vector, axis: Vector, ends: tuple[float, float], radius: floa
     return trimesh.creation.revolve(np.array([(0.0, low), *edge, (0.0, high)]), sections=56, transform=turn)
 
 
-def _boxed(place: Vector, turn: NDArray[np.float64], half: Vector) -> trimesh.Trimesh:
+def _box_mesh(place: Vector, turn: NDArray[np.float64], half: Vector) -> trimesh.Trimesh:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = turn, place
     return trimesh.creation.box(2 * half, T)
 
 
-def painted(mesh: trimesh.Trimesh, rgba: tuple[int, ...]) -> trimesh.Trimesh:
+def paint_mesh(mesh: trimesh.Trimesh, rgba: tuple[int, ...]) -> trimesh.Trimesh:
     """Paint a mesh in place in one color (red, green, blue and opacity in 0..255), and return it."""
     mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=rgba, metallicFactor=0.1, roughnessFactor=0.4))
     return mesh
 
 
-def joined(parts: Iterable[trimesh.Trimesh | trimesh.Scene]) -> trimesh.Scene:
+def merge_parts(parts: Iterable[trimesh.Trimesh | trimesh.Scene]) -> trimesh.Scene:
     """One scene of all parts."""
     scene = trimesh.Scene()
     for part in parts:

@@ -10,13 +10,13 @@ from ulna.description.structure import joints_from_root
 from ulna.robot import Robot
 from ulna.viewer.palette import GREEN, RED, STOPPED, UNKNOWN, Color, is_in_the_way
 from ulna.viewer.session.ellipsoid import Mobility
-from ulna.viewer.session.loads import NEAR, Load
+from ulna.viewer.session.loads import NEAR_LIMIT, Load
 
 STYLE = "padding:0.35em 0.75em;line-height:1.35"
 BUTTON = "border:1px solid var(--ulna-link);border-radius:2px;color:var(--ulna-link);background:transparent;padding:0.2em 0.7em"
 
 
-def marked(words: str, color: Color) -> str:
+def status_line(words: str, color: Color) -> str:
     """Text after a colored mark; screen readers announce its changes.
 
     The mark is a disc for contacts and stops, a dotted ring for an unknown state, otherwise a ring.
@@ -37,14 +37,14 @@ def small_text(words: str) -> str:
     return f'<div style="{STYLE};font-size:0.85em">{html.escape(words)}</div>'
 
 
-def copyable(words: str, label: str, copied: str) -> str:
+def copy_button(words: str, label: str, copied: str) -> str:
     """A button that copies a text, below small text if there is any."""
     button = f'<button data-copy="{html.escape(copied, quote=True)}" style="{BUTTON}">{label}</button>'
     above = f"{html.escape(words)}<br>" if words else ""
     return f'<div style="padding:0 0.75em 0.4em;font-size:0.8em">{above}{button}</div>'
 
 
-def listed(lines: Iterable[str]) -> str:
+def bullet_list(lines: Iterable[str]) -> str:
     """A list of small lines."""
     rows = "".join(f'<li style="margin-bottom:0.3em">{html.escape(line)}</li>' for line in lines)
     return f'<ul style="{STYLE};font-size:0.8em;margin:0;padding-left:1.6em;overflow-wrap:anywhere">{rows}</ul>'
@@ -87,7 +87,7 @@ def load_bar(joint: str, load: Load) -> str:
 
     The bar is green, orange near the limit, and red and full beyond the limit.
     """
-    color = UNKNOWN if isinf(load.limit) else GREEN if load.share < NEAR else STOPPED if load.share <= 1.0 else RED
+    color = UNKNOWN if isinf(load.limit) else GREEN if load.share < NEAR_LIMIT else STOPPED if load.share <= 1.0 else RED
     width = min(round(100.0 * load.share, 1), 100.0)
     fill = f'<div style="width:{width:g}%;height:100%;background:currentColor"></div>'
     look = f"--mark:rgb{color};flex:1;height:0.5em;border:1px solid;border-radius:0.2em;box-sizing:border-box;overflow:hidden"

@@ -16,7 +16,7 @@ _DIGITS, _DIGITS_OF_DEGREES = 3, 2  # decimals: milliradians, millimeters
 
 
 class JointSliders:
-    """Sliders in folders, one for each limb. ``moved`` is called in the server's thread when a person moves one.
+    """Sliders in folders, one for each limb. ``on_event`` is called in the server's thread when a person moves one.
 
     Attributes:
         degrees: A checkbox: whether the sliders show angles in degrees.
@@ -24,8 +24,8 @@ class JointSliders:
         bars: For each entry of q: its holding torque; hidden until ``show_loads`` has values.
     """
 
-    def __init__(self, gui: viser.GuiApi, robot: Robot, moved: Callable[[], None]) -> None:
-        self._gui, self._moved, self._q = gui, moved, robot.home
+    def __init__(self, gui: viser.GuiApi, robot: Robot, on_event: Callable[[], None]) -> None:
+        self._gui, self._on_event, self._q = gui, on_event, robot.home
         self._dirty: dict[int, float] = {}  # the entries of q that a person has set [rad or m]
         self._prefix = f"{robot.name}_"
         self.sliders: dict[int, tuple[Slide, viser.GuiSliderHandle]] = {}
@@ -43,7 +43,7 @@ class JointSliders:
                 self._followers += [(slide, self._add(slide)) for slide in group.followers]
             self._folders.append(folder)
 
-    def take(self, q: NDArray[np.float64]) -> bool:
+    def apply_input(self, q: NDArray[np.float64]) -> bool:
         """Write the values of moved sliders into q, within the limits. Returns whether a person has moved any."""
         dirty, self._dirty = self._dirty, {}
         for column, value in dirty.items():
@@ -104,7 +104,7 @@ class JointSliders:
         async def listen(event: viser.GuiEvent) -> None:
             if event.client is not None:  # moved by a person, not by ``show``
                 self._dirty[slide.column] = slider.value / self._factor(slide)
-                self._moved()
+                self._on_event()
 
         if not slide.leader:
             slider.on_update(listen)

@@ -32,22 +32,22 @@ class LinkPanel:
     Args:
         gui: The panel, to which the folder is added.
         session: The session of the robot.
-        limit: Called with a joint, a quantity and its new limit.
-        weigh: Called with a link and the new mass of its attached object [kg].
+        set_limit: Called with a joint, a quantity and its new limit.
+        set_mass: Called with a link and the new mass of its attached object [kg].
         acts: For each button, a function that gives its label for a link (empty to hide the button), and its action on the link.
-        moved: Called when another link is chosen, or a value was typed.
+        on_event: Called when another link is chosen, or a value was typed.
     """
 
     def __init__(
         self,
         gui: viser.GuiApi,
         session: Session,
-        limit: Callable[[str, str, float], object],
-        weigh: Callable[[str, float], object],
+        set_limit: Callable[[str, str, float], object],
+        set_mass: Callable[[str, float], object],
         acts: tuple[tuple[Callable[[str], str], Act], ...],
-        moved: Callable[[], None],
+        on_event: Callable[[], None],
     ) -> None:
-        self._session, self._limit, self._weigh, self._moved, self.chosen = session, limit, weigh, moved, ""
+        self._session, self._set_limit, self._set_mass, self._on_event, self.chosen = session, set_limit, set_mass, on_event, ""
         self._acts = acts
         robot = session.robot
         self._joints = {joint.child: joint for joint in robot.description.joints}
@@ -62,7 +62,7 @@ class LinkPanel:
                     quantity: gui.add_number(label, 0.0, step=0.001, visible=False, hint=hint)
                     for quantity, label in zip(QUANTITIES, _LABELS, strict=True)
                 }
-        self._typed = TypedFields((*self.fields.values(), self.mass), moved, lambda: self.chosen)
+        self._typed = TypedFields((*self.fields.values(), self.mass), on_event, lambda: self.chosen)
         for button, (_, act) in zip(self.buttons, acts, strict=True):
             button.on_click(lambda event, act=act: self._do(act, event.client))
         self.close.on_click(lambda _: self.choose(""))
@@ -76,20 +76,20 @@ class LinkPanel:
     def choose(self, link: str) -> None:
         """Choose a link by its name; empty for none. The next ``show`` shows it."""
         self.chosen = link
-        self._moved()
+        self._on_event()
 
-    def take(self) -> bool:
+    def apply_input(self) -> bool:
         """Apply the typed values. Returns whether there were any."""
-        typed = self._typed.take()
+        typed = self._typed.pop_values()
         for edit in typed:
             joint = self._joints.get(edit.chosen)
             quantity = next((name for name, field in self.fields.items() if field is edit.field), None)
             with refusals_shown(edit.client, "Not changed"):
                 if quantity is None:
-                    self._weigh(edit.chosen, edit.value)
+                    self._set_mass(edit.chosen, edit.value)
                 elif joint is not None:
                     is_none = edit.value == 0.0 and quantity in QUANTITIES[2:]
-                    self._limit(joint.name, quantity, np.inf if is_none else edit.value)
+                    self._set_limit(joint.name, quantity, np.inf if is_none else edit.value)
         return bool(typed)
 
     def show(self) -> None:
@@ -124,7 +124,7 @@ class LinkPanel:
         with refusals_shown(client, "Not changed"):
             if self.chosen:
                 act(self.chosen)
-        self._moved()
+        self._on_event()
 
 
 def held_by(robot: Robot, link: str) -> Attached | None:

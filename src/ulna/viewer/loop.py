@@ -13,7 +13,7 @@ class Loop:
         name: The name of the thread.
         frame: Draws a frame; only this thread calls it.
         pause: Returns the maximum time to wait for ``wake`` before the next frame [s].
-        failed: Called with the error when a frame fails, and with None when the next one succeeds.
+        on_failure: Called with the error when a frame fails, and with None when the next one succeeds.
 
     Attributes:
         stopping: Whether ``stop`` was called.
@@ -24,9 +24,9 @@ class Loop:
         name: str,
         frame: Callable[[], object],
         pause: Callable[[], float],
-        failed: Callable[[Exception | None], object] = lambda _: None,
+        on_failure: Callable[[Exception | None], object] = lambda _: None,
     ) -> None:
-        self._frame, self._pause, self._failed = frame, pause, failed
+        self._frame, self._pause, self._on_failure = frame, pause, on_failure
         self._failure = ""
         self._wake, self.stopping = threading.Event(), False
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -69,10 +69,10 @@ class Loop:
                     self._note(None)
 
     def _note(self, error: Exception | None) -> None:
-        """Log a failure, unless it is the same as the last one, and call ``failed``."""
+        """Log a failure, unless it is the same as the last one, and call ``on_failure``."""
         failure = "" if error is None else f"{type(error).__name__}: {error}"
         if failure and failure != self._failure:
             traceback.print_exception(error)
         self._failure = failure
         with suppress(Exception):  # showing it on the page may fail too
-            self._failed(error)
+            self._on_failure(error)

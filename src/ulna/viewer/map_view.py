@@ -11,7 +11,7 @@ from ulna.errors import UlnaError, count_of
 from ulna.ik.result import IKResult
 from ulna.reachability.map import ReachabilityMap
 from ulna.viewer.arm import Arm, Extent
-from ulna.viewer.html import color_bar, marked, small_text
+from ulna.viewer.html import color_bar, small_text, status_line
 from ulna.viewer.page import HOST, Page
 from ulna.viewer.palette import GREEN, RED, UNKNOWN
 from ulna.viewer.session.voxels import AXES, RAMP, Voxels
@@ -62,13 +62,13 @@ class MapView:
         )
         self._handle: viser.TransformControlsHandle | None = None
         server.scene.on_click()(lambda event: self.click(np.array(event.ray_origin), np.array(event.ray_direction)))
-        self._take_axis()
+        self._apply_axis()
 
     def _add_panel(self, gui: viser.GuiApi) -> None:
         summary = self.found.summary
         share = 100 * summary.reached / max(1, summary.computed)
         words = f"{summary.reached:,} of {summary.computed:,} poses reached ({share:.1f} %)"
-        gui.add_html(marked(words, GREEN if summary.reached else RED))
+        gui.add_html(status_line(words, GREEN if summary.reached else RED))
         if summary.computed < summary.poses:
             gui.add_html(small_text(f"{summary.poses - summary.computed:,} poses are not computed yet"))
         self.legend = gui.add_html(color_bar("Orientations reached in a voxel [%]", RAMP, ("0", "100")))
@@ -82,7 +82,7 @@ class MapView:
             initial_value=low,
             hint="Only voxels behind the plane are shown; you can also drag its arrow",
         )
-        self.least = gui.add_slider(
+        self.min_share = gui.add_slider(
             "Minimum share",
             min=0.0,
             max=1.0,
@@ -90,12 +90,12 @@ class MapView:
             initial_value=0.0,
             hint="Voxels with a smaller share of reached orientations are hidden",
         )
-        self.told = gui.add_html(small_text("Click a voxel to see its solutions."))
+        self.status = gui.add_html(small_text("Click a voxel to see its solutions."))
         self.solution = gui.add_slider("Solution", min=1, max=2, step=1, initial_value=1, visible=False)
         self.page.add_dark_button()
-        self.axis.on_update(lambda event: self._take_axis() if event.client is not None else None)
-        self.plane.on_update(lambda event: self._take_plane() if event.client is not None else None)
-        self.least.on_update(lambda event: self._draw() if event.client is not None else None)
+        self.axis.on_update(lambda event: self._apply_axis() if event.client is not None else None)
+        self.plane.on_update(lambda event: self._apply_plane() if event.client is not None else None)
+        self.min_share.on_update(lambda event: self._draw() if event.client is not None else None)
         self.solution.on_update(lambda event: self._pose_arm() if event.client is not None else None)
 
     # ---- the shown voxels ----------------------------------------------------------------------------------------------
@@ -103,15 +103,15 @@ class MapView:
     @property
     def shown(self) -> np.ndarray:
         """The indices of the shown voxels."""
-        return self.voxels.shown(self.axis.value, self.plane.value, self.least.value)
+        return self.voxels.shown(self.axis.value, self.plane.value, self.min_share.value)
 
     def clip(self, axis: str, plane: float) -> None:
         """Show only the voxels behind a plane normal to an axis. plane: its coordinate [m]."""
         with self._lock:
             self.axis.value = axis  # type: ignore[assignment]
-            self._take_axis()
+            self._apply_axis()
             self.plane.value = float(np.clip(plane, *self.voxels.ends(axis)))
-            self._take_plane()
+            self._apply_plane()
 
     def click(self, origin: np.ndarray, direction: np.ndarray) -> None:
         """Choose the first shown voxel on a ray, and solve its orientations.
@@ -127,15 +127,15 @@ class MapView:
             try:
                 self.result = self.found.solutions_at(center)
             except UlnaError as error:
-                self.told.content = marked(str(error), UNKNOWN)
+                self.status.content = status_line(str(error), UNKNOWN)
                 return
-            self._say(center, self.result)
+            self._show_result(center, self.result)
             self._pose_arm()
 
-    def _say(self, center: np.ndarray, result: IKResult) -> None:
+    def _show_result(self, center: np.ndarray, result: IKResult) -> None:
         n, m = int(np.count_nonzero(result.success)), len(result.q)
         place = ", ".join(f"{x:.3f}" for x in center)
-        self.told.content = marked(f"{n} of {count_of(m, 'orientation')} reached at {place} m", GREEN if n else RED)
+        self.status.content = status_line(f"{n} of {count_of(m, 'orientation')} reached at {place} m", GREEN if n else RED)
         self.solution.min, self.solution.max, self.solution.visible = 1, max(2, n), n > 1
         self.solution.value = 1
 
@@ -150,7 +150,7 @@ class MapView:
             shown = self.shown
             self._cloud.points, self._cloud.colors = self.voxels.centers[shown].astype(np.float32), self.voxels.colors[shown]
 
-    def _take_axis(self) -> None:
+    def _apply_axis(self) -> None:
         """Put the plane behind the robot, so that no voxel hides the robot, with an arrow to drag the plane."""
         with self._lock:
             low, high = self.voxels.ends(self.axis.value)
@@ -160,7 +160,12 @@ class MapView:
                 self._handle.remove()
             x, y, z = (name == self.axis.value for name in AXES)
             self._handle = self.page.server.scene.add_transform_controls(
-                _PLANE, scale=0.3, active_axes=(x, y, z), disable_rotations=True, disable_sliders=True, position=self._at(behind)
+                _PLANE,
+                scale=0.3,
+                active_axes=(x, y, z),
+                disable_rotations=True,
+                disable_sliders=True,
+                position=self._handle_position(behind),
             )
             self._handle.on_update(lambda _: self._dragged())
         self._draw()
@@ -172,13 +177,13 @@ class MapView:
                 self.plane.value = float(np.clip(along, self.plane.min, self.plane.max))
         self._draw()
 
-    def _take_plane(self) -> None:
+    def _apply_plane(self) -> None:
         with self._lock:
             if self._handle is not None:
-                self._handle.position = self._at(self.plane.value)
+                self._handle.position = self._handle_position(self.plane.value)
         self._draw()
 
-    def _at(self, plane: float) -> np.ndarray:
+    def _handle_position(self, plane: float) -> np.ndarray:
         corner = np.array([self.voxels.ends(name)[1] for name in AXES])
         corner[AXES.index(self.axis.value)] = plane
         return corner

@@ -19,11 +19,11 @@ class Incoming:
     """The messages of one browser.
 
     Args:
-        refused: Called with the reason when an upload is refused.
+        on_refusal: Called with the reason when an upload is refused.
     """
 
-    def __init__(self, refused: Callable[[str], object]) -> None:
-        self._refused = refused
+    def __init__(self, on_refusal: Callable[[str], object]) -> None:
+        self._on_refusal = on_refusal
         self._left: dict[str, tuple[int, int]] = {}  # the bytes and parts that each upload may still send
 
     def is_taken(self, raw: bytes | str) -> bool:
@@ -43,26 +43,26 @@ class Incoming:
                 if not isinstance(updates, dict) or not updates.keys() <= _CHANGED:
                     raise ValueError("a message changes more than the value of a control")
             case "FileTransferStartUpload":
-                return self._begins(message)
+                return self._accepts_start(message)
             case "FileTransferPart":
-                return self._goes_on(message)
+                return self._accepts_part(message)
         return True
 
-    def _begins(self, message: dict[str, Any]) -> bool:
+    def _accepts_start(self, message: dict[str, Any]) -> bool:
         size, parts, name = (message.get(key) for key in ("size_bytes", "part_count", "transfer_uuid"))
         if not isinstance(size, int) or not isinstance(parts, int) or not isinstance(name, str) or min(size, parts) < 0:
             raise ValueError("an upload has no size")
         if size > MAX_UPLOAD or parts > _MAX_PARTS:
-            self._refused(f"the file has {size / 1e6:.0f} MB; the maximum is {MAX_UPLOAD // 1_000_000} MB")
+            self._on_refusal(f"the file has {size / 1e6:.0f} MB; the maximum is {MAX_UPLOAD // 1_000_000} MB")
             return False
         if len(self._left) >= _MAX_UPLOADS or name in self._left:
-            self._refused(f"at most {_MAX_UPLOADS} files can be uploaded at once")
+            self._on_refusal(f"at most {_MAX_UPLOADS} files can be uploaded at once")
             return False
         if parts:
             self._left[name] = size, parts
         return True
 
-    def _goes_on(self, message: dict[str, Any]) -> bool:
+    def _accepts_part(self, message: dict[str, Any]) -> bool:
         name, content = message.get("transfer_uuid"), message.get("content")
         if not isinstance(name, str) or not isinstance(content, bytes):
             raise ValueError("a part of an upload has no content")  # noqa: TRY004 - as the others

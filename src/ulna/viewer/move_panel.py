@@ -13,10 +13,10 @@ from ulna.description.columns import Head, columns_of, fields_of, head_of, numbe
 from ulna.errors import InputError, count_of
 from ulna.robot import Robot
 from ulna.robot.joint_columns import joint_columns
-from ulna.viewer.html import copyable, marked
+from ulna.viewer.html import copy_button, status_line
 from ulna.viewer.nodes import Handles, paint
 from ulna.viewer.palette import GREEN, HOLLOW, RED, STOPPED, is_in_the_way
-from ulna.viewer.session.beginning import configurations_of
+from ulna.viewer.session.first_configuration import configurations_of
 from ulna.viewer.session.session import Session
 from ulna.viewer.typed_fields import HandPose, refusals_shown
 
@@ -25,11 +25,11 @@ _MAX_BYTES = 1_000_000  # of a file
 
 
 class HandPanel:
-    """Pulls the hand of a session to its handles. ``moved`` is called after each event. size: of the robot [m]."""
+    """Pulls the hand of a session to its handles. ``on_event`` is called after each event. size: of the robot [m]."""
 
-    def __init__(self, server: viser.ViserServer, session: Session, size: float, moved: Callable[[], None]) -> None:
-        self._session, self._moved = session, moved
-        self.handles = Handles(server.scene, "/hand", 0.25 * size, moved)
+    def __init__(self, server: viser.ViserServer, session: Session, size: float, on_event: Callable[[], None]) -> None:
+        self._session, self._on_event = session, on_event
+        self.handles = Handles(server.scene, "/hand", 0.25 * size, on_event)
         self.mark = server.scene.add_icosphere("/hand/mark", 0.03 * size, _RESTING, cast_shadow=False)
         self.reason = server.scene.add_label(
             "/hand/reason", "", position=(0.0, 0.0, 0.0), anchor="bottom-center", visible=False, font_screen_scale=1.1
@@ -44,24 +44,24 @@ class HandPanel:
             disabled=bool(session.unchecked),
             hint=session.unchecked or "The hand stops before the arm touches an obstacle or itself",
         )
-        self.pose = HandPose(gui, session, moved)
+        self.pose = HandPose(gui, session, on_event)
         self.status = gui.add_html("")
         self._shown = session.link
         self.link.on_update(self._choose)
         self.avoiding.on_update(self._avoid)
 
-    def take(self) -> None:
+    def apply_input(self) -> None:
         """Pull the hand to the pose of the dragged handles, or release it."""
-        self.pose.take()
-        released = self.handles.take_release()  # before ``take``, since the last move of a drag comes before its end
-        if self.handles.take():
+        self.pose.apply_input()
+        released = self.handles.pop_released()  # before ``pop_moved``, since the last move of a drag comes before its end
+        if self.handles.pop_moved():
             self._session.pull(self.handles.pose)
         if released:
-            self._session.let_go()
+            self._session.release()
 
     def show(self) -> None:
         """Show the state of the hand. While it is not pulled, the handles move to it."""
-        session, trouble = self._session, self._session.trouble or self._session.missed
+        session, trouble = self._session, self._session.trouble or self._session.send_failure
         pulled = session.target is not None
         if not pulled:
             self.handles.put(session.hand_pose)
@@ -78,7 +78,7 @@ class HandPanel:
         label = "stopped" if session.stopped else trouble.partition(":")[0]
         paint(self.mark, color, None if is_in_the_way(color) else HOLLOW)
         self.reason.text, self.reason.visible = label, bool(session.trouble)
-        self.status.content = marked(words, color)
+        self.status.content = status_line(words, color)
         self.pose.show()
         if session.link != self._shown:  # the program chose it; a choice of a person reaches the session later
             self._shown = self.link.value = session.link
@@ -86,26 +86,25 @@ class HandPanel:
     def _choose(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
             self._session.link = self.link.value
-            self._moved()
+            self._on_event()
 
     def _avoid(self, _: viser.GuiEvent) -> None:
         self._session.avoiding = self.avoiding.value
-        self._moved()
+        self._on_event()
 
 
 def _choices(robot: Robot) -> list[str]:
     """The links that a joint moves, the leaves first; the base if there are none."""
-    moved = [name for name in robot.link_names if robot.tree.link_row[name] >= 0]
-    return [name for name in moved if name in robot.tree.leaves] + [name for name in moved if name not in robot.tree.leaves] or [
-        robot.base
-    ]
+    moving = [name for name in robot.link_names if robot.tree.link_row[name] >= 0]
+    leaves = [name for name in moving if name in robot.tree.leaves]
+    return [*leaves, *(name for name in moving if name not in leaves)] or [robot.base]
 
 
 class ConfigurationPanel:
-    """Buttons of named configurations, and q as text. ``moved`` is called when q was changed."""
+    """Buttons of named configurations, and q as text. ``on_event`` is called when q was changed."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, moved: Callable[[], None]) -> None:
-        self._session, self._moved = session, moved
+    def __init__(self, gui: viser.GuiApi, session: Session, on_event: Callable[[], None]) -> None:
+        self._session, self._on_event = session, on_event
         self._known = configurations_of(session.robot)
         self.names = gui.add_button_group("Go to", tuple(self._known))
         with gui.add_folder("Copy, save, load q", expand_by_default=False):
@@ -121,11 +120,11 @@ class ConfigurationPanel:
         """Show q, shape (n_dof,), as text that can be copied."""
         if q.tobytes() != self._shown:
             self._shown, words = q.tobytes(), as_text(q)
-            self.text.content = copyable(", ".join(f"{value:.4g}" for value in q), "Copy q", words)
+            self.text.content = copy_button(", ".join(f"{value:.4g}" for value in q), "Copy q", words)
 
     def _go(self, q: NDArray[np.float64]) -> None:
         self._session.q = q
-        self._moved()
+        self._on_event()
 
     def _download(self, event: viser.GuiEvent) -> None:
         if event.client is not None:

@@ -72,7 +72,7 @@ def add_triangles(scene: viser.SceneApi, name: str, mesh: Any, color: Color, **l
     return scene.add_mesh_simple(name, np.asarray(mesh.vertices), np.asarray(mesh.faces), color=color, flat_shading=True, **look)
 
 
-def on_level(eye: NDArray[Any], seen: NDArray[Any], point: NDArray[Any]) -> NDArray[Any]:
+def project_to_level(eye: NDArray[Any], seen: NDArray[Any], point: NDArray[Any]) -> NDArray[Any]:
     """Project ``seen`` along the ray from the eye onto the horizontal plane through ``point``, shape (3,) each.
 
     Returns ``seen`` itself if the intersection is too far away.
@@ -82,7 +82,7 @@ def on_level(eye: NDArray[Any], seen: NDArray[Any], point: NDArray[Any]) -> NDAr
     return eye + share * way if 0.0 < share < _FARTHEST else seen
 
 
-def grown(mesh: Any, by: float) -> Any:
+def offset_mesh(mesh: Any, by: float) -> Any:
     """A copy of a trimesh mesh with its vertices moved outwards [m], against flicker with the surface below.
 
     A vertex moves along its normal: the mean of the normals of its faces, weighted by their angles. The vertex normals of
@@ -98,18 +98,20 @@ def grown(mesh: Any, by: float) -> Any:
 class Handles:
     """A transform control: arrows and rings that a person drags.
 
-    ``moved`` is called in the server's thread whenever a person moves or releases it.
+    ``on_event`` is called in the server's thread whenever a person moves or releases it.
 
     Attributes:
-        moved_by_hand: Whether a person has moved it since ``take`` was called.
+        moved_by_hand: Whether a person has moved it since ``pop_moved`` was called.
     """
 
-    def __init__(self, scene: viser.SceneApi, name: str, size: float, moved: Callable[[], None], *, visible: bool = True) -> None:
+    def __init__(
+        self, scene: viser.SceneApi, name: str, size: float, on_event: Callable[[], None], *, visible: bool = True
+    ) -> None:
         self.control = scene.add_transform_controls(name, scale=size, line_width=3.0, depth_test=False, visible=visible)
         self._holders: set[int | None] = set()  # the browsers in which it is dragged
-        self._from = np.zeros(3), np.zeros(3)  # at the start of a drag of a node: the position, and the grabbed point
-        self.moved_by_hand = self._let_go = False
-        self._moved = moved
+        self._drag_start = np.zeros(3), np.zeros(3)  # at the start of a drag of a node: the position, and the grabbed point
+        self.moved_by_hand = self._released = False
+        self._on_event = on_event
         self.control.on_update(self._update)
 
     @property
@@ -122,14 +124,14 @@ class Handles:
         """T_base_handles, shape (4, 4)."""
         return pose(self.control.position, wxyz=self.control.wxyz)
 
-    def take(self) -> bool:
+    def pop_moved(self) -> bool:
         """Whether a person has moved it since the last call."""
         moved, self.moved_by_hand = self.moved_by_hand, False
         return moved
 
-    def take_release(self) -> bool:
+    def pop_released(self) -> bool:
         """Whether it was released since the last call, and is dragged in no browser now."""
-        let_go, self._let_go = self._let_go, False
+        let_go, self._released = self._released, False
         return let_go and not self.dragged
 
     def put(self, T: NDArray[Any]) -> None:
@@ -137,7 +139,7 @@ class Handles:
         if not self._holders and not self.moved_by_hand:
             self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
 
-    def grip(self, node: Any, grabbed: Callable[[], NDArray[Any] | None] = lambda: None) -> None:
+    def make_draggable(self, node: Any, grabbed: Callable[[], NDArray[Any] | None] = lambda: None) -> None:
         """Let a person drag a node itself: parallel to the floor, or with Shift parallel to the screen.
 
         Args:
@@ -151,16 +153,16 @@ class Handles:
                 if T is not None:
                     self.control.position, self.control.wxyz = T[:3, 3], quaternion_from_matrix(T)
                 self._holders.add(event.client_id)
-                self._from = np.array(self.control.position), np.array(event.start_position)
+                self._drag_start = np.array(self.control.position), np.array(event.start_position)
             else:
-                eye, (position, point) = np.asarray(event.client.camera.position), self._from
+                eye, (position, point) = np.asarray(event.client.camera.position), self._drag_start
                 to = np.array(event.end_position)
-                self.control.position = position + (to if event.modifier else on_level(eye, to, point)) - point
+                self.control.position = position + (to if event.modifier else project_to_level(eye, to, point)) - point
                 self.moved_by_hand = True
             if event.phase == "end":
                 self._holders.discard(event.client_id)
-                self._let_go = True
-            self._moved()
+                self._released = True
+            self._on_event()
 
         node.on_drag("left")(dragged)
         node.on_drag("left", modifier="shift")(dragged)
@@ -169,15 +171,15 @@ class Handles:
         """Show or hide it. Hiding also releases it, since the page does not send the end of that drag."""
         if not visible and self._holders:
             self._holders.clear()
-            self._let_go = True
+            self._released = True
         self.control.visible = visible
 
     async def _update(self, event: viser.TransformControlsEvent) -> None:
         if event.phase == "end":  # also sent if the browser is closed during a drag
             self._holders.discard(event.client_id)
-            self._let_go = True
+            self._released = True
         elif event.phase == "start":
             self._holders.add(event.client_id)
         else:
             self.moved_by_hand = True
-        self._moved()
+        self._on_event()

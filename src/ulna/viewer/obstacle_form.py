@@ -14,7 +14,7 @@ from ulna.description.shapes import KINDS
 from ulna.viewer.typed_fields import Typed, TypedFields, refusals_shown, retype_angles, retype_position
 
 _NONE: str = "none"
-Known = dict[str, tuple[Obstacle, NDArray[Any]]]
+Objects = dict[str, tuple[Obstacle, NDArray[Any]]]
 Change = Callable[[str, Obstacle, NDArray[Any], str], object]
 
 
@@ -29,21 +29,21 @@ def _size_field(gui: viser.GuiApi, name: str, count: int) -> Any:
 class ObstacleForm:
     """The fields of one obstacle. Fields that its shape does not have are hidden.
 
-    Typed values are not overwritten until ``take``.
+    Typed values are not overwritten until ``apply_input``.
 
     Args:
         gui: The panel, to which the fields are added.
         world: The obstacles.
         change: Called with an obstacle's name, and its new shape, pose and name.
-        moved: Called after an event, for which ``take`` is to be called.
+        on_event: Called after an event, for which ``apply_input`` is to be called.
 
     Attributes:
         sizes: The field of each dimension that some kind of shape has, by the attribute of the shape.
     """
 
-    def __init__(self, gui: viser.GuiApi, world: World, change: Change, moved: Callable[[], None]) -> None:
-        self._world, self._change, self._moved = world, change, moved
-        self._next, self._changed = "", False
+    def __init__(self, gui: viser.GuiApi, world: World, change: Change, on_event: Callable[[], None]) -> None:
+        self._world, self._change, self._on_event = world, change, on_event
+        self._requested, self._changed = "", False
         zero = (0.0, 0.0, 0.0)
         self.choice: viser.GuiDropdownHandle[str] = gui.add_dropdown(
             "Obstacle", [_NONE], initial_value=_NONE, hint="Or click it in the scene"
@@ -55,34 +55,34 @@ class ObstacleForm:
             "Position [m]", zero, step=0.001, visible=False, hint="Position of its center in the base frame"
         )
         self.rpy = gui.add_vector3("Roll, pitch, yaw [rad]", zero, step=0.01, visible=False)
-        self._fields = TypedFields((self.name, *self.sizes.values(), self.xyz, self.rpy), moved, lambda: self.chosen)
+        self._fields = TypedFields((self.name, *self.sizes.values(), self.xyz, self.rpy), on_event, lambda: self.chosen)
         self.choice.on_update(self._chosen)
 
     @property
     def chosen(self) -> str:
         """The name of the chosen obstacle."""
-        return self._next or self.choice.value
+        return self._requested or self.choice.value
 
     def choose(self, name: str) -> None:
         """Choose an obstacle by its name; the next ``show`` shows it."""
-        self._next, self._changed = name, True
+        self._requested, self._changed = name, True
 
-    def take(self) -> bool:
+    def apply_input(self) -> bool:
         """Apply the values typed since the last call, and reset invalid ones. Returns whether another obstacle was chosen."""
-        typed = self._fields.take()
+        typed = self._fields.pop_values()
         for edit in sorted(typed, key=lambda edit: edit.field is self.name):  # the name last: the others refer to the old one
             with refusals_shown(edit.client, "Not changed"):
                 self._apply(edit)
         if typed:
-            self.show(self._known())
+            self.show(self._objects())
         changed, self._changed = self._changed, False
         return changed
 
-    def show(self, known: Known) -> None:
+    def show(self, known: Objects) -> None:
         """Show the present values of the chosen obstacle."""
         options = (_NONE, *known)
         chosen = self.chosen if self.chosen in known else _NONE
-        self._next = ""
+        self._requested = ""
         if self.choice.options != options:
             self.choice.options = options
         self.choice.value = chosen
@@ -97,17 +97,17 @@ class ObstacleForm:
             self._fields.write(self.name, chosen)
             self._fields.write_pose(self.xyz, self.rpy, T)
 
-    def _known(self) -> Known:
+    def _objects(self) -> Objects:
         return {name: (shape, T) for name, shape, T in self._world.items()}
 
     async def _chosen(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
             self._changed = True
-            self._moved()
+            self._on_event()
 
     def _apply(self, edit: Typed) -> None:
         """Apply one typed value."""
-        known = self._known()
+        known = self._objects()
         if edit.chosen not in known:
             return
         (shape, T), name = known[edit.chosen], edit.chosen

@@ -40,8 +40,8 @@ class Obstacles:
         world: The obstacles. The program may change it too; the next ``show`` draws the change.
         place: The position of a new obstacle in the base frame [m], shape (3,).
         size: The robot's size [m].
-        moved: Called when the obstacles were changed.
-        taken: Names that no obstacle can have: those of the robot's links and shapes.
+        on_event: Called when the obstacles were changed.
+        reserved: Names that no obstacle can have: those of the robot's links and shapes.
 
     Attributes:
         history: The undo history of the page.
@@ -54,20 +54,20 @@ class Obstacles:
         world: World,
         place: NDArray[np.float64],
         size: float,
-        moved: Callable[[], None],
-        taken: Collection[str] = (),
+        on_event: Callable[[], None],
+        reserved: Collection[str] = (),
     ) -> None:
-        self._server, self.world, self._place, self.moved, self._taken = server, world, place, moved, taken
+        self._server, self.world, self._place, self.on_event, self._reserved = server, world, place, on_event, reserved
         self._edge, self._reach = round(_EDGE * size, 2) or 0.01, 0.25 * size
         self.nodes: dict[str, Any] = {}
         self._drawn: dict[str, tuple[Obstacle, NDArray[np.float64]]] = {}
         self._colors: dict[str, Color] = {}  # of every obstacle that was drawn; kept after its deletion, which may be undone
         self._count = 0
         self.lock, self.history = threading.RLock(), SceneHistory(world)
-        self._grabbed: Scene = {}  # the dragged obstacle as it was before the drag
+        self._scene_before_drag: Scene = {}  # the dragged obstacle as it was before the drag
         self.is_picked = False
         gui = server.gui
-        self.handles = Handles(server.scene, "/chosen", 0.25 * size, moved, visible=False)
+        self.handles = Handles(server.scene, "/chosen", 0.25 * size, on_event, visible=False)
         self.add_buttons = gui.add_button_group("Add", tuple(_NEW))
         with gui.add_folder("Add a mesh or point cloud", expand_by_default=False):
             self.unit = gui.add_dropdown("Unit of the file", tuple(_UNITS))
@@ -78,7 +78,7 @@ class Obstacles:
                 hint="CoACD takes seconds to minutes; each piece is an obstacle. Without splitting, the convex hull is added",
             )
             self.file = gui.add_upload_button("Choose a file", hint=", ".join(ENDINGS), mime_type=",".join(ENDINGS))
-        self.form = ObstacleForm(gui, world, self.change, moved)
+        self.form = ObstacleForm(gui, world, self.change, on_event)
         self.delete = gui.add_button("Delete", hint="Delete the chosen obstacle", visible=False)
         self.save = gui.add_button("Save scene", hint="Download the obstacles as a JSON file")
         self.load = gui.add_upload_button(
@@ -97,9 +97,9 @@ class Obstacles:
 
     def add(self, kind: str) -> None:
         """Add an obstacle and choose it. kind: a key of ``_NEW``."""
-        stem = f"new {kind.lower()}" if f"{kind.lower()} 1" in self._taken else kind.lower()
+        stem = f"new {kind.lower()}" if f"{kind.lower()} 1" in self._reserved else kind.lower()
         with self.changing():
-            name = self._free(f"{stem} {n}" for n in count(1))
+            name = self._free_name(f"{stem} {n}" for n in count(1))
             self.world.add(name, _NEW[kind](self._edge), pose(self._free_place()))
             self.form.choose(name)
 
@@ -116,7 +116,7 @@ class Obstacles:
 
     def change(self, name: str, shape: Obstacle, T: NDArray[np.float64], new_name: str) -> None:
         """Change the shape, the pose T, shape (4, 4), or the name of an obstacle."""
-        if new_name != name and new_name in self._taken:
+        if new_name != name and new_name in self._reserved:
             raise InputError("name", f"{new_name!r} is the name of a part of the robot; choose another name")
         with self.changing():
             if new_name != name and new_name in self.world.names:
@@ -136,20 +136,20 @@ class Obstacles:
         """A context whose changes of the obstacles are one step to undo."""
         with self.lock, self.history.step():
             yield
-        self.moved()
+        self.on_event()
 
-    def take(self) -> bool:
+    def apply_input(self) -> bool:
         """Move the chosen obstacle to its dragged handles. Returns whether another obstacle was chosen."""
         with self.lock:
-            other = self.form.take()
-            dragged = self.handles.take()
+            other = self.form.apply_input()
+            dragged = self.handles.pop_moved()
             if dragged and not other and self.chosen is not None:  # with another choice, the drag was of the obstacle before
-                self._grabbed = self._grabbed or {self.chosen: scene_of(self.world)[self.chosen]}
+                self._scene_before_drag = self._scene_before_drag or {self.chosen: scene_of(self.world)[self.chosen]}
                 self.world.move(self.chosen, self.handles.pose)
-            if self._grabbed and not self.handles.dragged:
+            if self._scene_before_drag and not self.handles.dragged:
                 now = scene_of(self.world)
-                self.history.add(self._grabbed, {name: now[name] for name in self._grabbed if name in now})
-                self._grabbed = {}
+                self.history.add(self._scene_before_drag, {name: now[name] for name in self._scene_before_drag if name in now})
+                self._scene_before_drag = {}
             return other
 
     def show(self, touching: set[str], *, handled: bool = True) -> None:
@@ -188,7 +188,7 @@ class Obstacles:
             if not isinstance(shape, PointCloud):  # viser sends no clicks on point clouds
                 node.on_click(lambda _: self._pick(name))
                 if not isinstance(shape, HalfSpace):
-                    self.handles.grip(node, lambda: self._grab(name))
+                    self.handles.make_draggable(node, lambda: self._grab(name))
         elif not np.array_equal(self._drawn[name][1], T):
             self.nodes[name].position, self.nodes[name].wxyz = T[:3, 3], quaternion_from_matrix(T)
         paint(self.nodes[name], color, opacity)
@@ -200,14 +200,14 @@ class Obstacles:
             self.is_picked = True
             if self.form.chosen != name:
                 self.form.choose(name)
-                self.form.take()
+                self.form.apply_input()
             return self.world.pose(name) if name in self.world.names else None
 
     def _pick(self, name: str) -> None:
         with self.lock:
             self.is_picked = True
             self.form.choose(name)
-        self.moved()
+        self.on_event()
 
     def _download(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
@@ -217,10 +217,10 @@ class Obstacles:
     def step(self, act: Callable[[], tuple[str, ...]]) -> None:
         """Undo or redo a step, unless an obstacle is being dragged, and choose an obstacle that it changed."""
         with self.lock:
-            names = () if self._grabbed else act()
+            names = () if self._scene_before_drag else act()
             if names:
                 self.form.choose(names[-1])
-        self.moved()
+        self.on_event()
 
     def _load(self, event: viser.GuiEvent) -> None:
         with refusals_shown(event.client, "The scene was not loaded"):
@@ -240,7 +240,7 @@ class Obstacles:
             with self.changing():
                 for k, shape in enumerate(shapes, start=1):
                     own = stem if len(shapes) == 1 else f"{stem} piece {k}"
-                    name = self._free(f"{own} {n}" if n > 1 else own for n in count(1))
+                    name = self._free_name(f"{own} {n}" if n > 1 else own for n in count(1))
                     self.world.add(name, shape)
                     self.form.choose(name)
 
@@ -254,6 +254,6 @@ class Obstacles:
         free = (place for place in self._place + ways if not (np.abs(others - place).max(axis=1) < self._edge).any())
         return next(free, self._place)
 
-    def _free(self, names: Iterable[str]) -> str:
+    def _free_name(self, names: Iterable[str]) -> str:
         """The first name that no obstacle and no part of the robot has."""
-        return next(name for name in names if name not in self.world.names and name not in self._taken)
+        return next(name for name in names if name not in self.world.names and name not in self._reserved)

@@ -55,11 +55,11 @@ def refusing_foreign_pages(
     host: str,
     others: Collection[str] = (),
     title: str = "Ulna",
-    refused: Callable[[str], object] = str,
+    on_refusal: Callable[[str], object] = str,
 ) -> Iterator[None]:
     """A context to start a server of viser that refuses foreign pages (status 403) and whose page has a title.
 
-    ``refused`` is called with the reason when an upload is refused. The server waits at most half a second for a browser to
+    ``on_refusal`` is called with the reason when an upload is refused. The server waits at most half a second for a browser to
     confirm the end of its connection.
 
     viser has no argument for this, so the context replaces the function of websockets that viser calls.
@@ -71,7 +71,7 @@ def refusing_foreign_pages(
         def guarding(handler: Callable, *arguments: Any, process_request: Callable, **options: Any) -> Any:
             guarded.append(_asking(process_request, host, others, title))
             options["close_timeout"] = _CLOSE_SECONDS
-            return serve(_closing_if_it_fails(handler, refused), *arguments, process_request=guarded[-1], **options)
+            return serve(_closing_if_it_fails(handler, on_refusal), *arguments, process_request=guarded[-1], **options)
 
         websockets.asyncio.server.serve = guarding  # type: ignore[assignment,misc]
         try:
@@ -82,14 +82,14 @@ def refusing_foreign_pages(
         raise UlnaError("this version of viser starts its server in a way that lets foreign pages in; viser 1.1.1 works")
 
 
-def _closing_if_it_fails(handler: Callable, refused: Callable[[str], object]) -> Callable:
+def _closing_if_it_fails(handler: Callable, on_refusal: Callable[[str], object]) -> Callable:
     """A handler of connections that checks their messages (``messages``).
 
     It closes a connection that fails, for example by a message that viser cannot decode, and logs one line.
     """
 
     async def handle(connection: Any) -> None:
-        receive, incoming = connection.recv, Incoming(refused)
+        receive, incoming = connection.recv, Incoming(on_refusal)
 
         async def checked() -> Any:
             while not incoming.is_taken(message := await receive()):

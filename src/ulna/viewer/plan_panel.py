@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from ulna.description.pose import quaternion_from_matrix
 from ulna.ik.task import Task
 from ulna.viewer.arm import Arm
-from ulna.viewer.html import copyable, listed, marked, small_text
-from ulna.viewer.nodes import Handles, add_triangles, grown, paint
+from ulna.viewer.html import bullet_list, copy_button, small_text, status_line
+from ulna.viewer.nodes import Handles, add_triangles, offset_mesh, paint
 from ulna.viewer.palette import GREEN, HOLLOW, RED, TRAIL, UNKNOWN, Color, is_in_the_way
 from ulna.viewer.plots import Plots
-from ulna.viewer.session.beginning import configurations_of
 from ulna.viewer.session.changes import Changes
-from ulna.viewer.session.planned_motion import JERK, Aims, Curve, Planning
+from ulna.viewer.session.export import as_commands, as_program, motion_file
+from ulna.viewer.session.first_configuration import configurations_of
+from ulna.viewer.session.planned_motion import JERK, Curve, Goals, Planning
 from ulna.viewer.session.scene_history import SceneHistory
 from ulna.viewer.session.session import Session
-from ulna.viewer.session.way import ASIDE, TILT
-from ulna.viewer.session.written import as_commands, as_program, motion_file
+from ulna.viewer.session.waypoints import ASIDE, TILT
 from ulna.viewer.typed_fields import HandPose, refusals_shown
 
 _HOLD_HINT = "This joint keeps its position"
@@ -59,7 +59,7 @@ class Ghost:
                 if robot.tree.link_row[link] < 0:
                     continue
                 self._nodes[link] = add_triangles(
-                    self._scene, f"{self._root}/{k}", grown(visual.to_mesh(), 3e-3 * self._arm.extent.radius), color, **look
+                    self._scene, f"{self._root}/{k}", offset_mesh(visual.to_mesh(), 3e-3 * self._arm.extent.radius), color, **look
                 )
         if q is not None:
             poses = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
@@ -124,7 +124,7 @@ class WayPanel:
             self.add = gui.add_button("Add as a waypoint", hint=hint)
             self.remove = gui.add_button("Remove the last waypoint", color="gray", disabled=True)
         self.add.on_click(lambda _: do(self._add))
-        self.remove.on_click(lambda _: do(planning.drop_waypoint))
+        self.remove.on_click(lambda _: do(planning.remove_waypoint))
 
     def show(self) -> None:
         """List the waypoints."""
@@ -133,10 +133,10 @@ class WayPanel:
         self._shown = self._planning.waypoints
         self.folder.label = f"Waypoints ({len(self._shown)})"
         self.remove.disabled = not self._shown
-        self.list.content = listed(self._planning.words_of(stop) for stop in self._shown)
+        self.list.content = bullet_list(self._planning.describe_waypoint(stop) for stop in self._shown)
 
     def _add(self) -> None:
-        self._planning.keep_goal(self.approach.value / 1e3, self.retract.value / 1e3, _OPENINGS[self.opening.value])
+        self._planning.add_waypoint(self.approach.value / 1e3, self.retract.value / 1e3, _OPENINGS[self.opening.value])
 
 
 class KeepPanel:
@@ -144,7 +144,7 @@ class KeepPanel:
 
     def __init__(self, gui: viser.GuiApi, session: Session, planning: Planning) -> None:
         self._session, self._planning = session, planning
-        self._told: tuple[object, object] = None, None
+        self._shown_copy: tuple[object, object] = None, None
         self.save = gui.add_button_group("Save motion", _FORMS, visible=False)
         self.copies = gui.add_html("", visible=False)
         self.changes: Changes = Changes()
@@ -155,13 +155,13 @@ class KeepPanel:
         planning, shown = self._planning, self._planning.shown
         motion = None if shown is None or not planning.on else shown.motion
         self.save.visible = self.copies.visible = motion is not None
-        if shown is None or motion is None or self._told == (shown, self.changes):
+        if shown is None or motion is None or self._shown_copy == (shown, self.changes):
             return
-        self._told = shown, self.changes
-        robot, world, legs, manner = self._session.robot, self._session.world.snapshot(), shown.legs, planning.manner
-        changes = [f"robot = {self.changes.as_expression()}"] if self.changes.in_words() else []
-        program, commands = as_program(robot, changes, world, legs, manner), as_commands(robot, world, legs, manner)
-        self.copies.content = copyable("", "Copy as Python", program) + copyable("", "Copy as a command", commands)
+        self._shown_copy = shown, self.changes
+        robot, world, legs, settings = self._session.robot, self._session.world.snapshot(), shown.legs, planning.settings
+        changes = [f"robot = {self.changes.as_expression()}"] if self.changes.describe() else []
+        program, commands = as_program(robot, changes, world, legs, settings), as_commands(robot, world, legs, settings)
+        self.copies.content = copy_button("", "Copy as Python", program) + copy_button("", "Copy as a command", commands)
 
     def _save(self, event: viser.GuiEvent) -> None:
         shown = self._planning.shown
@@ -173,13 +173,13 @@ class KeepPanel:
 
 
 class PlanPanel:
-    """The tab Plan. ``moved`` is called after each event."""
+    """The tab Plan. ``on_event`` is called after each event."""
 
-    def __init__(self, server: viser.ViserServer, session: Session, arm: Arm, moved: Callable[[], None]) -> None:
+    def __init__(self, server: viser.ViserServer, session: Session, arm: Arm, on_event: Callable[[], None]) -> None:
         size = arm.extent.radius
-        self._session, self._moved, self.planning = session, moved, Planning(session)
+        self._session, self._on_event, self.planning = session, on_event, Planning(session)
         self._known = configurations_of(session.robot)
-        self.handles = Handles(server.scene, "/goal", 0.25 * size, moved, visible=False)
+        self.handles = Handles(server.scene, "/goal", 0.25 * size, on_event, visible=False)
         self.ghost = Ghost(server, arm, "/plan/ghost")
         self.mark = server.scene.add_icosphere("/goal/mark", 0.03 * size, UNKNOWN, visible=False, cast_shadow=False)
         nothing = np.zeros((1, 2, 3))
@@ -190,7 +190,7 @@ class PlanPanel:
         self.begin = gui.add_button("Plan a motion", disabled=bool(refusal), hint=refusal or None)
         self.sentence = gui.add_html(small_text(refusal) if refusal else "")
         self.known = gui.add_button_group("Plan to", tuple(self._known), visible=False)
-        self.pose = HandPose(gui, self.planning, moved, "Goal", visible=False)
+        self.pose = HandPose(gui, self.planning, on_event, "Goal", visible=False)
         self.play = gui.add_button(_PLAY, hint="Move the arm along the plan", visible=False)
         self.along = gui.add_slider("Along the plan", min=0.0, max=1.0, step=0.001, initial_value=0.0, visible=False)
         self.here = gui.add_button("Start here", hint="Plan from where the arm is now", visible=False)
@@ -218,10 +218,10 @@ class PlanPanel:
         self.bands = Bands(server.scene, size)
         self.plots = Plots(gui, session.robot, lambda: self._do(lambda: None))
         self._last, self._acted = time.perf_counter(), False
-        self._aims, self._was_on = self.planning.aims, False  # at the last call of ``note_aims``
+        self._noted_goals, self._was_on = self.planning.goals, False  # at the last call of ``note_goals``
         for button, on in ((self.begin, True), (self.end, False)):
             button.on_click(lambda _, on=on: self._do(lambda: self.planning.turn(on=on)))
-        self.known.on_click(lambda event: self._do(lambda: self.planning.send_to(self._known[event.target.value])))
+        self.known.on_click(lambda event: self._do(lambda: self.planning.send_configuration(self._known[event.target.value])))
         self.smooth.on_update(lambda _: self._do(self._limit_jerk))
         self.upright.on_update(lambda _: self._do(self._keep))
         self.on_line.on_update(lambda _: self._do(self._keep))
@@ -236,31 +236,31 @@ class PlanPanel:
         """Whether the arm moves along a plan."""
         return self.planning.playing
 
-    def take(self) -> bool:
+    def apply_input(self) -> bool:
         """Plan and move the arm as a person has asked. Returns whether the content of the tab has changed."""
         planning = self.planning
         now = time.perf_counter()
         seconds, self._last = min(now - self._last, _LONGEST_FRAME), now
-        self.handles.take_release()
+        self.handles.pop_released()
         if planning.on:
-            self.pose.take()
-            if self.handles.take():
+            self.pose.apply_input()
+            if self.handles.pop_moved():
                 planning.send(self.handles.pose)
         acted, self._acted = self._acted, False
         return planning.frame(seconds) or acted
 
-    def note_aims(self, history: SceneHistory) -> None:
+    def note_goals(self, history: SceneHistory) -> None:
         """Add a change of the goal or of the waypoints to the undo history."""
-        before, now, went_on = self._aims, self.planning.aims, self.planning.on and self._was_on
+        before, now, went_on = self._noted_goals, self.planning.goals, self.planning.on and self._was_on
         self._was_on = self.planning.on
         if self.handles.dragged or (before[0] is now[0] and before[1] is now[1]):
             return
-        self._aims = now
+        self._noted_goals = now
         if went_on:
-            history.add_acts(partial(self._aim, before), partial(self._aim, now))
+            history.add_acts(partial(self._set_goals, before), partial(self._set_goals, now))
 
-    def _aim(self, aims: Aims) -> tuple[str, ...]:
-        self.planning.aims = self._aims = aims
+    def _set_goals(self, goals: Goals) -> tuple[str, ...]:
+        self.planning.goals = self._noted_goals = goals
         self._acted = True
         return ()
 
@@ -291,7 +291,7 @@ class PlanPanel:
             self.handles.put(planning.hand_pose)
             color = UNKNOWN if shown is None else GREEN if motion is not None else RED
             paint(self.mark, color, None if is_in_the_way(color) else HOLLOW)
-            self.sentence.content = marked(planning.sentence, color)
+            self.sentence.content = status_line(planning.sentence, color)
         elif not self._session.unchecked:
             self.sentence.content = ""
         self.play.label = _PAUSE if planning.playing else _PLAY
@@ -320,7 +320,7 @@ class PlanPanel:
         with self._session.lock:
             act()
             self._acted = True
-        self._moved()
+        self._on_event()
 
     async def _scrub(self, event: viser.GuiEvent) -> None:
         if event.client is not None:  # moved by a person, not by ``show``

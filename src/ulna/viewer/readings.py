@@ -10,7 +10,7 @@ import viser
 from trimesh.geometry import align_vectors
 
 from ulna.description.pose import quaternion_from_matrix
-from ulna.viewer.html import STYLE, marked, mobility_html, small_text
+from ulna.viewer.html import STYLE, mobility_html, small_text, status_line
 from ulna.viewer.palette import GREEN, RED, SLATE, UNKNOWN
 from ulna.viewer.session.clearance import Clearance
 from ulna.viewer.session.ellipsoid import mobility
@@ -26,7 +26,7 @@ class ClearancePanel:
     """The text at the top of the panel, and the line between the nearest points. size: of the robot [m]."""
 
     def __init__(self, server: viser.ViserServer, size: float) -> None:
-        self.state = server.gui.add_html(marked("checking ...", UNKNOWN))
+        self.state = server.gui.add_html(status_line("checking ...", UNKNOWN))
         self.nearest = server.gui.add_html("")
         point = np.zeros(3)
         self.line = server.scene.add_cylinder("/nearest/line", 0.004 * size, 1.0, SLATE, visible=False, cast_shadow=False)
@@ -40,8 +40,8 @@ class ClearancePanel:
         """Show the contacts and the nearest pair."""
         color = {"free": GREEN, "collision": RED}.get(clearance.state, UNKNOWN)
         pair = clearance.nearest
-        words = clearance.refusal if pair is None else f"{clearance.distance} between {clearance.apart}"
-        self.state.content = marked(str(clearance), color)
+        words = clearance.refusal if pair is None else f"{clearance.distance} between {clearance.nearest_text}"
+        self.state.content = status_line(str(clearance), color)
         self.nearest.content = small_text(words) if words else ""
         for node in (self.line, self.label, *self.ends):
             node.visible = pair is not None

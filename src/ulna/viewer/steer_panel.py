@@ -13,7 +13,7 @@ import viser
 from ulna.kinematics.frames import standing_links
 from ulna.robot.coordinates import coordinates_of
 from ulna.servo.command import CommandStatus
-from ulna.viewer.html import marked, small_text
+from ulna.viewer.html import small_text, status_line
 from ulna.viewer.palette import AXES, GREEN, RED, STOPPED, UNKNOWN
 from ulna.viewer.session.session import Session
 from ulna.viewer.session.steering import JOINTS, Steering
@@ -38,12 +38,12 @@ _FINE = {
 
 
 class SteerPanel:
-    """The tab Steer. ``moved`` is called after each event."""
+    """The tab Steer. ``on_event`` is called after each event."""
 
     def __init__(
-        self, gui: viser.GuiApi, session: Session, moved: Callable[[], None], *, on: bool, jerk: float | None = None
+        self, gui: viser.GuiApi, session: Session, on_event: Callable[[], None], *, on: bool, jerk: float | None = None
     ) -> None:
-        self._session, self._moved, self.steering = session, moved, Steering(session, jerk)
+        self._session, self._on_event, self.steering = session, on_event, Steering(session, jerk)
         refusal = session.unchecked
         gui.add_html(small_text(_WHAT))
         self.begin = gui.add_button("Steer the hand", disabled=bool(refusal), hint=refusal or None)
@@ -87,7 +87,7 @@ class SteerPanel:
         """Whether the arm moves."""
         return self.steering.moving
 
-    def take(self) -> bool:
+    def apply_input(self) -> bool:
         """Advance the arm. Returns whether the content of the tab has changed."""
         now = time.perf_counter()
         seconds, self._last = min(now - self._last, _LONGEST_FRAME), now
@@ -109,7 +109,7 @@ class SteerPanel:
         if steering.refusal or (command is not None and command.status == CommandStatus.NOT_CERTIFIED):
             color = RED
         if not self._session.unchecked:
-            self.sentence.content = marked(steering.sentence, color) if steering.on else ""
+            self.sentence.content = status_line(steering.sentence, color) if steering.on else ""
 
     async def _hold(self, entry: int, sign: int, _: viser.GuiEvent) -> None:
         if not _STEPS[self.step.value]:
@@ -130,4 +130,4 @@ class SteerPanel:
         with self._session.lock:
             act()
             self._acted = True
-        self._moved()
+        self._on_event()

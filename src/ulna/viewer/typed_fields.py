@@ -43,15 +43,15 @@ class Typed(NamedTuple):
 
 
 class TypedFields:
-    """Fields whose typed values ``write`` does not overwrite until ``take``. ``moved`` is called after each one."""
+    """Fields whose typed values ``write`` does not overwrite until ``pop_values``. ``on_event`` is called after each one."""
 
-    def __init__(self, fields: tuple[Any, ...], moved: Callable[[], None], chosen: Callable[[], str] = str) -> None:
+    def __init__(self, fields: tuple[Any, ...], on_event: Callable[[], None], chosen: Callable[[], str] = str) -> None:
         self._typed: dict[int, Typed] = {}
-        self._moved, self._chosen = moved, chosen
+        self._on_event, self._chosen = on_event, chosen
         for field in fields:
             field.on_update(self._listen)
 
-    def take(self) -> list[Typed]:
+    def pop_values(self) -> list[Typed]:
         """Return the values typed since the last call."""
         typed, self._typed = self._typed, {}
         return list(typed.values())
@@ -69,7 +69,7 @@ class TypedFields:
     async def _listen(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
             self._typed[id(event.target)] = Typed(event.target, event.target.value, self._chosen(), event.client)
-            self._moved()
+            self._on_event()
 
 
 def retype_position(T: NDArray[Any], typed: tuple[float, ...]) -> None:
@@ -102,7 +102,7 @@ class HandPose:
         self,
         gui: viser.GuiApi,
         sent: Session | Planning,
-        moved: Callable[[], None],
+        on_event: Callable[[], None],
         name: str = "Hand",
         *,
         visible: bool = True,
@@ -119,15 +119,15 @@ class HandPose:
         self.frame = gui.add_dropdown(
             "In the frame of", frames, initial_value=frames[0], hint="A fixed link or an obstacle", visible=False
         )
-        self._moved = moved
+        self._on_event = on_event
         self.frame.on_update(self._choose)
         self.xyz = gui.add_vector3(f"{name} xyz [m]", zero, step=0.001, hint=where, visible=visible)
         self.rpy = gui.add_vector3(f"{name} rpy [rad]", zero, step=0.001, hint=turned, visible=visible)
-        self._fields = TypedFields((self.xyz, self.rpy), moved)
+        self._fields = TypedFields((self.xyz, self.rpy), on_event)
 
-    def take(self) -> None:
+    def apply_input(self) -> None:
         """Send the hand to the pose typed since the last call."""
-        typed = self._fields.take()
+        typed = self._fields.pop_values()
         if not typed:
             return
         frame = self._frame(self._sent.frames)
@@ -157,4 +157,4 @@ class HandPose:
 
     def _choose(self, event: viser.GuiEvent) -> None:
         if event.client is not None:
-            self._moved()
+            self._on_event()

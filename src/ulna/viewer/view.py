@@ -19,8 +19,8 @@ from ulna.description.shapes import HalfSpace, Solid
 from ulna.robot import Robot
 from ulna.viewer.arm import Arm, VisibilityPanel
 from ulna.viewer.compiler import Compiler, rehearsals
-from ulna.viewer.front import FrontTabs
-from ulna.viewer.html import copyable, small_text
+from ulna.viewer.front_tab import FrontTabs
+from ulna.viewer.html import copy_button, small_text
 from ulna.viewer.joint_sliders import JointSliders
 from ulna.viewer.link_panel import LinkPanel, held_by
 from ulna.viewer.loop import Loop
@@ -30,7 +30,7 @@ from ulna.viewer.page import HOST, Page
 from ulna.viewer.plan_panel import PlanPanel
 from ulna.viewer.readings import ClearancePanel, EllipsoidPanel, Notice
 from ulna.viewer.session.changes import Changes
-from ulna.viewer.session.loads import TORQUES, are_known, loads
+from ulna.viewer.session.loads import TORQUES, has_inertias, loads
 from ulna.viewer.session.scene_history import Scene, scene_of, world_of
 from ulna.viewer.session.session import Session
 from ulna.viewer.stage import Floor, SightPanel, add_stage, floor_height, height_under, scene_extent
@@ -66,7 +66,7 @@ class View:
         steer: bool = False,
         jerk: float | None = None,
     ) -> None:
-        self.answer_time, begin_steering = 0.0, as_switch("steer", steer)
+        self.response_time, begin_steering = 0.0, as_switch("steer", steer)
         self._event_time: float | None = None
         self._rehearsed = False
         self._modes = False, False  # whether planning and steering were on in the last frame
@@ -81,15 +81,15 @@ class View:
 
     def _build(self, *, steer: bool, jerk: float | None) -> None:
         server, session, robot = self.page.server, self.session, self.session.robot
-        self._first = self._told = robot
-        self._weighed = are_known(robot)
-        self.changes, self._rested, self._moved_at = Changes(), session.q, None
-        self._seen: tuple = (), "", frozenset()
+        self._first_robot = self._shown_robot = robot
+        self._has_inertias = has_inertias(robot)
+        self.changes, self._q_at_rest, self._last_event_time = Changes(), session.q, None
+        self._last_selection: tuple = (), "", frozenset()
         self.arm = Arm(server, robot)
         self.arm.move_to(session.q)
         extent = self.arm.extent
         ground = add_stage(self.page, extent, scene_extent(session.world, extent))
-        self._floor_height, self._under = float(ground.position[2]), ()
+        self._floor_height, self._floor_objects = float(ground.position[2]), ()
         self.clearance = ClearancePanel(server, extent.radius)
         self.allow = server.gui.add_button(
             "Allow these contacts", hint="These links may touch from now on; Ctrl-Z undoes it", visible=False
@@ -102,23 +102,23 @@ class View:
         self.notice = Notice(server.gui)
         self.undoing = UndoPanel(server.gui)
         acts = (
-            (self._words_to_allow, self._allow_of),
-            (self._words_to_attach, self._attach),
-            (self._words_to_put_down, self._put_down),
+            (self._allow_label, self._allow_contacts_of),
+            (self._attach_label, self._attach),
+            (self._put_down_label, self._put_down),
             (lambda link: "Show this link" if link in self.arm.hidden else "Hide this link", self._hide),
         )
-        self.link = LinkPanel(server.gui, session, self._set_limit, self._weigh, acts, self._happened)
+        self.link = LinkPanel(server.gui, session, self._set_limit, self._set_mass, acts, self._on_event)
         self.arm.on_click(self.link.choose)
         tabs = server.gui.add_tab_group()
         self.steer = self._add_steering(tabs, jerk, on=True) if steer else None  # the first tab is open at first
         with tabs.add_tab("Move"):
-            self.hand = HandPanel(server, session, extent.radius, self._happened) if robot.n_dof else None
-            self.configuration = ConfigurationPanel(server.gui, session, self._happened)
+            self.hand = HandPanel(server, session, extent.radius, self._on_event) if robot.n_dof else None
+            self.configuration = ConfigurationPanel(server.gui, session, self._on_event)
             self.ellipsoid = EllipsoidPanel(server, session)
-            self.joints = JointSliders(server.gui, robot, self._happened)
+            self.joints = JointSliders(server.gui, robot, self._on_event)
         with tabs.add_tab("Obstacles"):
             beside = np.round([extent.high[0] + 0.2 * extent.radius, 0.0, extent.center[2]], 2)
-            self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._happened, session.names.taken)
+            self.obstacles = Obstacles(server, session.world, beside, extent.radius, self._on_event, session.names.reserved)
             height = floor_height(robot, float(ground.position[2]))
             self.floor = Floor(server.gui, session.world, height, self.obstacles.changing)
             self.itself = server.gui.add_checkbox(
@@ -131,13 +131,13 @@ class View:
         self.plans = None
         if robot.n_dof:
             with tabs.add_tab("Plan"):
-                self.plans = PlanPanel(server, session, self.arm, self._happened)
+                self.plans = PlanPanel(server, session, self.arm, self._on_event)
         self.steer = self.steer or self._add_steering(tabs, jerk, on=False)
         with tabs.add_tab("Look"):
             self.sight = SightPanel(self.page, lambda: scene_extent(session.world, self.arm.extent))
             self.link.add_choice(server.gui)
             self.look = VisibilityPanel(server.gui, self.arm)
-        self.front = FrontTabs(server, _TABS, self._happened)
+        self.front = FrontTabs(server, _TABS, self._on_event)
         self.undoing.step_by(self.obstacles.history, self._step)
         self._show()
 
@@ -145,7 +145,7 @@ class View:
         if not self.session.robot.n_dof:
             return None
         with tabs.add_tab("Steer"):
-            return SteerPanel(self.page.server.gui, self.session, self._happened, on=on, jerk=jerk)
+            return SteerPanel(self.page.server.gui, self.session, self._on_event, on=on, jerk=jerk)
 
     @property
     def url(self) -> str:
@@ -215,10 +215,10 @@ class View:
 
     # ---- a frame ------------------------------------------------------------------------------------------------------
 
-    def _happened(self) -> None:
+    def _on_event(self) -> None:
         """Note the time of an event, and wake the loop."""
         now = time.perf_counter()
-        self._moved_at = now
+        self._last_event_time = now
         if self._event_time is None:
             self._event_time = now
         self._loop.wake()
@@ -230,36 +230,36 @@ class View:
                 for name, job in rehearsals(self.session.robot, checked=not self.session.unchecked):
                     self.compiler.prepare(name, job)
                 self._rehearsed = True
-        self._happened()
+        self._on_event()
 
     def _timed_frame(self) -> None:
         since, self._event_time = self._event_time, None
         self._frame()
         if since is not None:
-            self.answer_time = time.perf_counter() - since
+            self.response_time = time.perf_counter() - since
 
     def _frame(self) -> None:
         session = self.session
         with session.lock, self.page.server.atomic():
             q = session.q
-            if self.joints.take(q):
+            if self.joints.apply_input(q):
                 session.q = q
             if self.hand is not None:
-                self.hand.take()
-            news = self.compiler.take_news()
-            chosen = self.obstacles.take()
-            self._end_one_mode()
-            planned = self.plans is not None and self.plans.take()
-            steered = self.steer is not None and self.steer.take()
-            typed = self.link.take()
+                self.hand.apply_input()
+            compiled = self.compiler.pop_finished()
+            chosen = self.obstacles.apply_input()
+            self._end_other_mode()
+            planned = self.plans is not None and self.plans.apply_input()
+            steered = self.steer is not None and self.steer.apply_input()
+            typed = self.link.apply_input()
             self._note_moves()
-            if session.frame() or chosen or news or planned or steered or typed or self._is_shown_otherwise():
+            if session.frame() or chosen or compiled or planned or steered or typed or self._selection_changed():
                 self._show()
             elif self.hand is not None:
                 self.hand.show()
             self.notice.show_compiling(self.compiler.names if self.compiler.busy_for > _LOADING_S else ())
 
-    def _end_one_mode(self) -> None:
+    def _end_other_mode(self) -> None:
         """End planning if steering was begun, and the reverse: one mode is on at a time."""
         if self._planning and self._steering and self.plans is not None and self.steer is not None:
             if self._modes[0]:
@@ -280,30 +280,30 @@ class View:
         """Show on the page why a frame has failed; None removes the message."""
         self.notice.show_failure(error)
 
-    def _is_shown_otherwise(self) -> bool:
+    def _selection_changed(self) -> bool:
         """Whether the chosen link, the hidden links or the tab in front differ from those shown last."""
-        fronts, before = tuple(map(self.front.shows, _TABS)), self._seen
+        fronts, before = tuple(map(self.front.shows, _TABS)), self._last_selection
         if fronts != before[0]:
             self.obstacles.is_picked = False
-        self._seen = fronts, self.link.chosen, self.arm.hidden
-        return self._seen != before
+        self._last_selection = fronts, self.link.chosen, self.arm.hidden
+        return self._last_selection != before
 
     def _show(self) -> None:
         session, report = self.session, self.session.clearance.report
         hits = () if report is None else [pair for pair in report.pairs if pair.signed_distance <= 0.0]
-        if session.robot is not self._told:
-            self.arm.hold(session.robot)
+        if session.robot is not self._shown_robot:
+            self.arm.attach(session.robot)
             self.joints.relimit(session.robot)
-            self._tell_changes(session.robot)
-            self._weighed = are_known(session.robot)
+            self._show_changes(session.robot)
+            self._has_inertias = has_inertias(session.robot)
         self.arm.move_to(session.q)
         self.arm.mark_touching(report.touching if report is not None else ())
         pair = session.clearance.nearest
-        self.arm.show_near("" if pair is None or pair.signed_distance <= 0.0 else pair.name_a)  # a shape in contact is red
+        self.arm.show_nearest("" if pair is None or pair.signed_distance <= 0.0 else pair.name_a)  # a shape in contact is red
         self.clearance.show(session.clearance)
         self.allow.visible = bool(session.own_contacts)
-        if self._under != (under := session.world.objects()) and self.page.floor is not None:
-            self._under = under
+        if self._floor_objects != (under := session.world.objects()) and self.page.floor is not None:
+            self._floor_objects = under
             self.page.floor.position = (0.0, 0.0, min(self._floor_height, height_under(session.world, self.arm.extent)))
         handled = self.front.shows("Obstacles") or self.obstacles.is_picked
         self.obstacles.show({pair.name_b for pair in hits if pair.link_b is None}, handled=handled)
@@ -311,7 +311,7 @@ class View:
         self.ellipsoid.show()
         self.floor.show()
         self.joints.show(session.q)
-        if not self._weighed:
+        if not self._has_inertias:
             self.joints.show_loads(())
         elif self.front.shows("Move"):
             self.joints.show_loads(session.ask(TORQUES, loads, session.robot, session.q) or ())
@@ -334,36 +334,36 @@ class View:
 
     # ---- changes by a person --------------------------------------------------------------------------------------------
 
-    def _change(self, after: Changes, gone: tuple[str, ...] = (), back: Scene | None = None) -> None:
-        """Change the robot, remove obstacles (``gone``) and add others (``back``), as one step to undo."""
-        before, back = self.changes, back or {}
+    def _change(self, after: Changes, removed: tuple[str, ...] = (), added: Scene | None = None) -> None:
+        """Change the robot, remove obstacles (``removed``) and add others (``added``), as one step to undo."""
+        before, added = self.changes, added or {}
         with self.obstacles.lock:
-            was = {name: entry for name, entry in scene_of(self.world).items() if name in gone or name in back}
-            self._set(after, gone, back)
-            undo, redo = partial(self._set, before, (*(back.keys() - was.keys()),), was), partial(self._set, after, gone, back)
-            self.obstacles.history.add_acts(undo, redo)
-        self._happened()
+            was = {name: entry for name, entry in scene_of(self.world).items() if name in removed or name in added}
+            self._set(after, removed, added)
+            undo = partial(self._set, before, (*(added.keys() - was.keys()),), was)
+            self.obstacles.history.add_acts(undo, partial(self._set, after, removed, added))
+        self._on_event()
 
-    def _set(self, changes: Changes, gone: tuple[str, ...], back: Scene) -> tuple[str, ...]:
-        robot = changes.of(self._first)  # raises before anything is changed
+    def _set(self, changes: Changes, removed: tuple[str, ...], added: Scene) -> tuple[str, ...]:
+        robot = changes.apply_to(self._first_robot)  # raises before anything is changed
         self.changes = changes
         self.session.use(robot)
-        exchange(self.world, gone, world_of(back))
-        return tuple(back)
+        exchange(self.world, removed, world_of(added))
+        return tuple(added)
 
-    def _tell_changes(self, robot: Robot) -> None:
+    def _show_changes(self, robot: Robot) -> None:
         """Show the changes of the robot on the page."""
-        self._told, words = robot, self.changes.in_words()
+        self._shown_robot, words = robot, self.changes.describe()
         self.allowed.visible = bool(words)
-        self.allowed.content = copyable(words, "Copy for a program", self.changes.as_expression()) if words else ""
+        self.allowed.content = copy_button(words, "Copy for a program", self.changes.as_expression()) if words else ""
 
-    def _allow(self, pairs: tuple[tuple[str, str], ...] = (), back: Scene | None = None) -> None:
-        """Allow contacts of pairs of links; all pairs in contact unless given. back: obstacles that links may touch."""
+    def _allow(self, pairs: tuple[tuple[str, str], ...] = (), added: Scene | None = None) -> None:
+        """Allow contacts of pairs of links; all pairs in contact unless given. added: obstacles that links may touch."""
         robot = self.session.robot
-        if not pairs and not back:
+        if not pairs and not added:
             more, known = robot.with_allowed_collisions(at=self.session.q).allowed_collisions, robot.allowed_collisions
             pairs = tuple((pair.link_a, pair.link_b) for pair in more if pair not in known)
-        self._change(self.changes._replace(allowed=(*self.changes.allowed, *pairs)), (), back)
+        self._change(self.changes._replace(allowed=(*self.changes.allowed, *pairs)), (), added)
 
     def _contacts_of(self, link: str) -> tuple[tuple[tuple[str, str], ...], tuple[str, ...]]:
         """The contacts of a link: the pairs with other links, and the names of obstacles."""
@@ -372,19 +372,19 @@ class View:
         pairs = tuple(pair for pair in self.session.own_contacts if link in pair)
         return pairs, tuple(dict.fromkeys(pair.name_b for pair in hits if pair.link_b is None and pair.link_a == link))
 
-    def _words_to_allow(self, link: str) -> str:
+    def _allow_label(self, link: str) -> str:
         pairs, obstacles = self._contacts_of(link)
         others = [*((set(pair) - {link}).pop() for pair in pairs), *obstacles]
         return f"Allow contact with {', '.join(others)}" if others else ""
 
-    def _allow_of(self, link: str) -> None:
+    def _allow_contacts_of(self, link: str) -> None:
         pairs, names = self._contacts_of(link)
         scene = scene_of(self.world)
         touching = {name: scene[name]._replace(touch_links=scene[name].touch_links | {link}) for name in names if name in scene}
         if pairs or touching:
             self._allow(pairs, touching)
 
-    def _words_to_attach(self, link: str) -> str:
+    def _attach_label(self, link: str) -> str:
         del link
         name = self.obstacles.chosen
         shape = None if name is None else self.world.shape(name)
@@ -400,13 +400,13 @@ class View:
         held = Attached(name, entry.shape, T, link, entry.touch_links)  # type: ignore[arg-type]
         self._change(self.changes._replace(attached=(*self.changes.attached, held)), (name,))
 
-    def _weigh(self, link: str, mass: float) -> None:
+    def _set_mass(self, link: str, mass: float) -> None:
         """Set the mass of the object attached to a link [kg], spread evenly over its shape; 0 for none."""
         held = held_by(self.session.robot, link)
         if held is not None:
             self._change(self.changes.with_mass(held, mass))
 
-    def _words_to_put_down(self, link: str) -> str:
+    def _put_down_label(self, link: str) -> str:
         names = [held.name for held in self.changes.attached if held.link == link]
         return f"Put {', '.join(names)} down" if names else ""
 
@@ -432,7 +432,7 @@ class View:
 
     def _set_limit(self, joint: str, quantity: str, value: float) -> None:
         """Set a limit of a joint, at most as wide as the robot's own."""
-        self._change(self.changes.with_limit(self._first, quantity, joint, value))
+        self._change(self.changes.with_limit(self._first_robot, quantity, joint, value))
 
     def _step(self, act: Callable[[], tuple[str, ...]]) -> None:
         with self.session.lock:
@@ -442,21 +442,21 @@ class View:
     def _note_moves(self, *, at_once: bool = False) -> None:
         """Add a person's changes of the arm, the goal and the waypoints to the undo history, once the arm rests."""
         if self.plans is not None:
-            self.plans.note_aims(self.obstacles.history)
+            self.plans.note_goals(self.obstacles.history)
         q = self.session.q
         if self._moving or (self.hand is not None and self.hand.handles.dragged):
             return
-        by_person = self._moved_at is not None
-        if self._moved_at is not None and not at_once and time.perf_counter() - self._moved_at < _ONE_MOVE_S:
+        by_person = self._last_event_time is not None
+        if self._last_event_time is not None and not at_once and time.perf_counter() - self._last_event_time < _ONE_MOVE_S:
             return
-        before, self._rested, self._moved_at = self._rested, q, None
+        before, self._q_at_rest, self._last_event_time = self._q_at_rest, q, None
         if by_person and not np.array_equal(q, before):
-            self.obstacles.history.add_acts(partial(self._put, before), partial(self._put, q))
+            self.obstacles.history.add_acts(partial(self._move_to, before), partial(self._move_to, q))
 
-    def _put(self, q: NDArray[np.float64]) -> tuple[str, ...]:
-        self.session.q = self._rested = q
+    def _move_to(self, q: NDArray[np.float64]) -> tuple[str, ...]:
+        self.session.q = self._q_at_rest = q
         return ()
 
     def _set_itself(self) -> None:
         self.session.itself = self.itself.value
-        self._happened()
+        self._on_event()

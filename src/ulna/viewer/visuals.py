@@ -20,7 +20,7 @@ from ulna.description.robot_description import Body
 from ulna.description.shapes import ConvexMesh, Mesh, Primitive, UnknownShape
 from ulna.errors import FileError
 from ulna.robot import Robot
-from ulna.viewer.drawn_body import SHELL, drawn_body, joined, painted
+from ulna.viewer.drawn_body import SHELL, drawn_body, merge_parts, paint_mesh
 from ulna.viewer.palette import Color
 from ulna.viewer.panda_meshes import packaged_mesh, read_packaged
 from ulna.viewer.primitives import primitive_triangles
@@ -49,7 +49,7 @@ def link_visuals(robot: Robot) -> Visuals:
     files, scenes, missing = MeshFiles(robot.description), {}, {}
     for link in robot.description.links:
         try:
-            scenes[link.name] = joined(_colored(body, files) for body in link.visuals)
+            scenes[link.name] = merge_parts(_colored(body, files) for body in link.visuals)
         except FileError as error:
             missing[str(error)] = link.name
     if missing or not any(scene.geometry for scene in scenes.values()):
@@ -129,7 +129,7 @@ def triangles(shape: Primitive | ConvexMesh | PointCloud | HeightMap | VoxelGrid
         case ConvexMesh(vertices):
             return _hull(vertices)
         case PointCloud() | HeightMap() | VoxelGrid():
-            return _many(shape)
+            return _point_triangles(shape)
         case _:
             return primitive_triangles(shape)
 
@@ -141,11 +141,11 @@ def _colored(body: Body, files: MeshFiles) -> trimesh.Scene:
         scene = read_mesh(body.shape, files)
         for mesh in scene.geometry.values():
             if isinstance(mesh, trimesh.Trimesh) and not (mesh.visual and mesh.visual.defined):
-                painted(mesh, rgba)
+                paint_mesh(mesh, rgba)
     elif isinstance(body.shape, UnknownShape):
         scene = trimesh.Scene()
     else:
-        scene = trimesh.Scene(painted(triangles(body.shape), rgba))
+        scene = trimesh.Scene(paint_mesh(triangles(body.shape), rgba))
     scene.apply_transform(body.pose)
     return scene
 
@@ -160,7 +160,7 @@ def _hull(vertices: NDArray[np.float64]) -> trimesh.Trimesh:
         return trimesh.util.concatenate(balls)  # type: ignore[return-value]
 
 
-def _many(shape: PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
+def _point_triangles(shape: PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
     """The triangles of a point cloud or grid: a coarse ball at each point, or a box for each cell."""
     if isinstance(shape, PointCloud):
         one, places, sizes = trimesh.creation.icosphere(subdivisions=0), shape.points, np.full((1, 3), shape.radius)

@@ -77,7 +77,7 @@ def test_the_light_is_red_while_the_box_is_dragged_into_the_arm(app, page, still
     wait_to_see(page, lambda: app.scene.handles.control.position[2] > BOX_START[2] + 0.1, "the box above")
     wait_to_see(page, lambda: light_is(page, still, "red"), "a red light")
     assert np.allclose(app.scene.handles.control.position[:2], BOX_START[:2], atol=1e-3)
-    assert app.player.answer_time > 0.0
+    assert app.player.response_time > 0.0
 
     def text_names_the_touching_boxes():
         return page.get_by_role("status").inner_text().strip() == f"collision: {', '.join(app.demo.check(app.player.q).touching)}"

@@ -9,8 +9,8 @@ import ulna
 from interrupts import interrupted_at_every_place
 from ulna.collision.world import exchange
 from ulna.viewer.session.clearance import clearance
-from ulna.viewer.session.hand import Followed
-from ulna.viewer.session.planned_motion import Planned, Planning
+from ulna.viewer.session.hand import FollowResult
+from ulna.viewer.session.planned_motion import PlannedMotion, Planning
 from ulna.viewer.session.scene_history import SceneHistory, scene_of
 from ulna.viewer.session.session import Session
 from ulna.viewer.session.steering import Steering
@@ -120,7 +120,7 @@ def quick(_, question, *arguments, **options):
     if question.__name__ not in {"follow", "place"}:
         return question(*arguments, **options)
     q = arguments[0] + 0.01
-    return Followed(q, reached=False, moving=q[0] < 0.035, reason="it is far" if q[0] > 0.035 else "", stopped=q[0] > 0.035)
+    return FollowResult(q, reached=False, moving=q[0] < 0.035, reason="it is far" if q[0] > 0.035 else "", stopped=q[0] > 0.035)
 
 
 @pytest.fixture(scope="module")
@@ -143,14 +143,14 @@ SESSION = {
     "link": lambda session: setattr(session, "link", "panda_link5"),
     "pull": lambda session: session.pull(GOAL),
     "send": lambda session: session.send(ulna.pose((0.4, 0.2, 0.6), (3.0, 0, 0))),
-    "let_go": lambda session: session.let_go(),
+    "let_go": lambda session: session.release(),
     "use": lambda session: session.use(session.robot.with_allowed_collisions([("panda_link5", "panda_link7")])),
 }
 
 
 def told(session):
     target = None if session.target is None else session.target.tobytes()
-    words = session.trouble, session.missed, session.stopped, session.waiting, session.moving
+    words = session.trouble, session.send_failure, session.stopped, session.waiting, session.moving
     return session.q.tobytes(), session.link, target, *words, session.robot.allowed_collisions
 
 
@@ -205,10 +205,10 @@ def planning_of(session, robot):
     """A plan of a line, without a search, of which a part is played."""
     planning = Planning(session)
     motion = robot.trajectory([robot.home, robot.home + 0.3], velocity=1.0, acceleration=2.0)
-    shown = Planned(None, motion, np.empty((0, 3)), motion.q[-1])
+    shown = PlannedMotion(None, motion, np.empty((0, 3)), motion.q[-1])
     session.ask = lambda *_: shown
     planning.turn(on=True)
-    planning.send_to(robot.home + 0.3)
+    planning.send_configuration(robot.home + 0.3)
     planning.frame(0.0)
     planning.play()
     planning.frame(0.1)

@@ -6,7 +6,7 @@ import pytest
 import ulna
 from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
-from ulna.viewer.session.way import ASIDE, TILT
+from ulna.viewer.session.waypoints import ASIDE, TILT
 
 TICK = 0.05  # s
 
@@ -56,7 +56,7 @@ def test_a_plan_is_made_once_and_again_when_the_goal_or_an_obstacle_is_moved(pla
     assert planning.frame(TICK)
     assert planning.shown is not first
     second = planning.shown
-    planning.send_to(session.robot.home + 0.1)
+    planning.send_configuration(session.robot.home + 0.1)
     assert planning.frame(TICK)
     assert planning.shown is not second
 
@@ -182,7 +182,7 @@ def test_a_start_that_touches_itself_says_what_to_do_and_is_left_once_the_pairs_
     session = Session(panda, q=folded)
     planning = Planning(session)
     planning.turn(on=True)
-    planning.send_to(folded + 0.01)
+    planning.send_configuration(folded + 0.01)
     planning.frame(TICK)
     assert planning.sentence.startswith("start in collision: ")
     assert planning.sentence.endswith("; if these links touch in every pose, allow these contacts")
@@ -225,7 +225,7 @@ def beyond_a_line(panda, motion, a, b):
 
 def test_held_joints_stay_whatever_the_goal_says_and_another_plan_is_made_for_them(planning, panda):
     goal = panda.home + 0.1
-    planning.send_to(goal)
+    planning.send_configuration(goal)
     assert planning.frame(TICK)
     assert np.allclose(planning.shown.end, goal)
     planning.held = "panda_joint2", "panda_joint7"
@@ -253,9 +253,9 @@ def test_the_sentence_names_a_lift_that_has_to_move_and_no_joint_that_stays():
     session.q = np.array([0.1, -1.0])
     planning = Planning(session)
     planning.turn(on=True)
-    planning.send_to([0.1, 1.0])
+    planning.send_configuration([0.1, 1.0])
     assert planning.frame(TICK)
     assert planning.sentence.endswith("; no path was found without moving lift too")
-    planning.send_to([0.1, -0.5])
+    planning.send_configuration([0.1, -0.5])
     assert planning.frame(TICK)
     assert planning.sentence.endswith(" edges checked")

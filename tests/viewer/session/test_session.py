@@ -40,7 +40,7 @@ def test_a_pulled_hand_arrives_over_several_frames_and_stays_after_release(panda
         frames += 1
     assert frames > 2
     assert np.allclose(session.hand_pose, T, atol=2e-5)
-    session.let_go()
+    session.release()
     session.frame()
     assert session.target is None
     assert not session.moving
@@ -51,7 +51,7 @@ def test_a_hand_released_on_the_way_still_reaches_its_target(panda):
     T = session.hand_pose
     T[:3, 3] += (0.3, 0.3, 0)
     session.pull(T)
-    session.let_go()
+    session.release()
     session.frame()
     assert session.moving
     while session.moving:
@@ -67,24 +67,24 @@ def test_the_reason_is_cleared_when_the_hand_is_released(panda):
     while session.frame() and session.moving:
         pass
     assert session.trouble.startswith("unreachable")
-    session.let_go()
+    session.release()
     session.frame()
     assert (session.target, session.trouble) == (None, "")
 
 
 def test_shapes_are_named_by_their_links_so_that_no_obstacle_shares_a_name(panda):
     names = ShapeNames(panda)
-    assert [names.of_shape(name) for name in ("box 1", "box 6")] == ["panda_link1 (box 1)", "panda_link3"]
+    assert [names.shape_name(name) for name in ("box 1", "box 6")] == ["panda_link1 (box 1)", "panda_link3"]
     world = ulna.World()
     world.add("box 1", ulna.Box((0.15, 0.09, 0.126)), ulna.pose((0.3, 0, 0.5)))
     assert str(clearance(panda, panda.home, world)) == "collision: panda_link7 (box 12) and obstacle box 1"
     slider = ulna.load("panda").with_attached("bar", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0, 0, 0.1)))
-    assert "bar" in ShapeNames(slider).taken
+    assert "bar" in ShapeNames(slider).reserved
 
 
 def test_the_only_shape_of_a_link_has_the_name_of_the_link():
     names = ShapeNames(ulna.load("ur5").with_convex_hulls())
-    assert names.of_shape("forearm_link_collision") == "forearm_link"
+    assert names.shape_name("forearm_link_collision") == "forearm_link"
 
 
 def test_a_bad_argument_is_refused_by_name(panda):
@@ -168,14 +168,14 @@ def test_a_hand_sent_to_a_pose_arrives_on_any_ik_branch_or_the_reason_is_kept(pa
         while session.target is not None:
             session.frame()
         assert np.allclose(session.hand_pose, T, atol=2e-5)
-        assert session.missed == ""
+        assert session.send_failure == ""
     T[:3, 3] = (5.0, 0, 0)
     session.send(T)
     while session.target is not None:
         session.frame()
-    assert session.missed.startswith("unreachable")
+    assert session.send_failure.startswith("unreachable")
     session.q = panda.home
-    assert session.missed == ""
+    assert session.send_failure == ""
 
 
 def test_a_robot_with_other_allowed_collisions_is_used_from_the_next_frame_on(panda):

@@ -24,7 +24,7 @@ from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid,
 from ulna.viewer.visuals import touching_links, triangles
 
 TURN_FROM = 0.75  # [rad] the first angle of the camera about z, from x
-_KEPT = 2  # robots whose models are cached
+_CACHED_MODELS = 2  # robots whose models are cached
 LARGEST_SIZE, MAX_FRAMES = 4096, 20_000
 FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples per pixel
 Tell = Callable[[int], object]
@@ -84,7 +84,7 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
     return Form(path, seconds, (width, height), rate)
 
 
-@lru_cache(_KEPT)
+@lru_cache(_CACHED_MODELS)
 def model_of(robot: Robot) -> Model:
     """The triangles of a robot, cached for its next picture, since reading meshes takes seconds."""
     return Model(robot)
@@ -150,12 +150,12 @@ def record_moving(
     Raises:
         FileError: The file cannot be written.
     """
-    origins = np.vstack([robot.link_poses(q)[:, :3, 3] for q in _along(path, min(len(path), 16))])
+    origins = np.vstack([robot.link_poses(q)[:, :3, 3] for q in _sample_path(path, min(len(path), 16))])
     middle = BoundingBall.of(origins)
-    shots = [(q, report_at(robot, q, world)) for q in _along(path, form.n_frames)]
+    shots = [(q, report_at(robot, q, world)) for q in _sample_path(path, form.n_frames)]
     model = model_of(robot)
-    own = np.vstack([model.points_at(q) for q in _along(path, min(len(path), 16))])
-    points = np.vstack([own, *_near(own, world)])
+    own = np.vstack([model.points_at(q) for q in _sample_path(path, min(len(path), 16))])
+    points = np.vstack([own, *_nearby_outlines(own, world)])
     camera, ground = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1]), ground_of(BoundingBall.of(points))
     pictures = [
         Picture(q, camera, solids_at(robot, report, world, middle, boxes=boxes), touching=touching_links(robot, report))
@@ -165,7 +165,7 @@ def record_moving(
     return model.missing
 
 
-def _along(path: Array, n: int) -> Iterator[Array]:
+def _sample_path(path: Array, n: int) -> Iterator[Array]:
     """Yield n evenly spaced configurations from the first row to the last, interpolated linearly."""
     for place in np.linspace(0.0, len(path) - 1, n) if n > 1 else [0.0]:
         k = min(int(place), max(len(path) - 2, 0))
@@ -209,7 +209,7 @@ def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, mi
     return Solid(f"obstacle {name}", robot.base, pose, shape, color)  # type: ignore[type-var]
 
 
-def _near(points: Array, world: World) -> list[Array]:
+def _nearby_outlines(points: Array, world: World) -> list[Array]:
     """The vertices of the obstacles near points, shape (n, 3) each, in the base frame [m]."""
     low, high = points.min(axis=0), points.max(axis=0)
     return [solid for solid in outline_of(world) if np.abs(solid - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]

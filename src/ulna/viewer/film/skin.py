@@ -14,7 +14,7 @@ from ulna.viewer.palette import TINT, TOUCHING, Solid
 from ulna.viewer.visuals import Visuals, link_visuals, triangles
 
 CREASE = 0.75  # the cosine of the angle above which an edge is drawn sharp: 41 degrees
-_KEPT = 8  # cached skins of a robot among different shapes, one for each painting thread
+_CACHED_SKINS = 8  # cached skins of a robot among different shapes, one for each painting thread
 _SAME_PLACE = 1e-6  # vertices within this share of a mesh's extent coincide
 
 
@@ -62,7 +62,7 @@ def make_skin(scenes: Iterable[tuple[int, trimesh.Scene]]) -> Skin:
     )
 
 
-def joined(a: Skin, b: Skin) -> Skin:
+def concatenated(a: Skin, b: Skin) -> Skin:
     """The union of two skins."""
     parts = {each.name: np.concatenate([getattr(a, each.name), getattr(b, each.name)]) for each in fields(Skin)}
     parts["triangles"] = np.concatenate([a.triangles, b.triangles + len(a.points)])
@@ -150,7 +150,7 @@ class Model:
         visuals = link_visuals(robot) if visuals is None else visuals
         self.missing = visuals.missing
         self.skin = make_skin((self.links[link], scene) for link, scene in visuals.scenes.items())
-        self._skin_among = lru_cache(_KEPT)(self._make_skin_among)  # most pictures of a film show the same shapes
+        self._skin_among = lru_cache(_CACHED_SKINS)(self._make_skin_among)  # most pictures of a film show the same shapes
 
     def skin_among(self, solids: Sequence[Solid]) -> Skin:
         """The triangles of the robot and of opaque solids. The solids have the frames after those of the links."""
@@ -160,7 +160,7 @@ class Model:
         if not shapes:
             return self.skin
         of_shapes = make_skin((len(self.links) + k, trimesh.Scene(triangles(shape))) for k, shape in enumerate(shapes))
-        return joined(self.skin, of_shapes)
+        return concatenated(self.skin, of_shapes)
 
     def poses(self, q: NDArray[np.float64], solids: Sequence[Solid]) -> NDArray[np.float64]:
         """T_base_frame of every link at q, and of every solid, shape (n_frames, 4, 4)."""

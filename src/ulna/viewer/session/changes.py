@@ -31,7 +31,7 @@ class Changes(NamedTuple):
     limits: Limits = {}  # noqa: RUF012 - never changed
     attached: tuple[Attached, ...] = ()
 
-    def of(self, robot: Robot) -> Robot:
+    def apply_to(self, robot: Robot) -> Robot:
         """A robot with these changes; the robot itself if there are none.
 
         Raises:
@@ -82,7 +82,7 @@ class Changes(NamedTuple):
             calls.append(f".with_attached({one.name!r}, ulna.{one.shape!r}, {place}, link={one.link!r}{mass})")
         return "".join(["robot", *calls])
 
-    def in_words(self) -> str:
+    def describe(self) -> str:
         """Sentences that list the changes; empty if there are none."""
         joints = dict.fromkeys(joint for of_joints in self.limits.values() for joint in of_joints)
         words = {

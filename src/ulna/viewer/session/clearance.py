@@ -19,7 +19,7 @@ class ShapeNames:
     A description numbers its shapes ("box 2"), and so does the page with its obstacles. The link's name distinguishes them.
 
     Attributes:
-        taken: Names that no obstacle can have: those of links and shapes.
+        reserved: Names that no obstacle can have: those of links and shapes.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -28,24 +28,24 @@ class ShapeNames:
         names = robot.collision_names[: len(links)] if links and not _has_meshes(robot) else ()
         self._shown = {name: link if each[link] == 1 else f"{link} ({name})" for name, link in zip(names, links, strict=False)}
         held = (attached.name for attached in robot.attached)
-        self.taken = frozenset({*robot.link_names, *names, *self._shown.values(), *held})
+        self.reserved = frozenset({*robot.link_names, *names, *self._shown.values(), *held})
 
-    def of_shape(self, name: str) -> str:
+    def shape_name(self, name: str) -> str:
         """The shown name of a shape of the robot; an attached object keeps its own."""
         return self._shown.get(name, name)
 
-    def of_pair(self, pair: Pair) -> tuple[str, str]:
+    def pair_names(self, pair: Pair) -> tuple[str, str]:
         """The shown names of both shapes of a pair.
 
         An obstacle with the name of a part of the robot is shown as "obstacle NAME".
         """
         if pair.link_b is not None:
-            return self.of_shape(pair.name_a), self.of_shape(pair.name_b)
-        return self.of_shape(pair.name_a), f"obstacle {pair.name_b}" if pair.name_b in self.taken else pair.name_b
+            return self.shape_name(pair.name_a), self.shape_name(pair.name_b)
+        return self.shape_name(pair.name_a), f"obstacle {pair.name_b}" if pair.name_b in self.reserved else pair.name_b
 
-    def listed(self, pairs: Iterable[Pair], most: int = 3) -> str:
+    def list_pairs(self, pairs: Iterable[Pair], most: int = 3) -> str:
         """Pairs in words, such as "panda_link7 and table", at most ``most`` of them."""
-        words = [" and ".join(self.of_pair(pair)) for pair in pairs]
+        words = [" and ".join(self.pair_names(pair)) for pair in pairs]
         more = f" and {len(words) - most} more" if len(words) > most else ""
         return f"{', '.join(words[:most])}{more}"
 
@@ -67,14 +67,14 @@ class Clearance:
         nearest: The nearest, or deepest, pair of a shape of the robot and an obstacle; None if the world is empty.
         refusal: Why the shapes cannot be checked; empty if they can.
         touching: The pairs in contact, in words; empty if there is none.
-        apart: The nearest pair in words; empty if there is none.
+        nearest_text: The nearest pair in words; empty if there is none.
     """
 
     report: Report | None
     nearest: Pair | None = None
     refusal: str = ""
     touching: str = ""
-    apart: str = ""
+    nearest_text: str = ""
 
     @property
     def state(self) -> str:
@@ -113,5 +113,5 @@ def clearance(robot: Robot, q: ArrayLike, world: World, *, itself: bool = True, 
         else ()
     )
     names = names or ShapeNames(robot)
-    touching = names.listed(pair for pair in report.pairs if pair.signed_distance <= 0.0)
-    return Clearance(report, near[0] if near else None, touching=touching, apart=names.listed(near[:1]))
+    touching = names.list_pairs(pair for pair in report.pairs if pair.signed_distance <= 0.0)
+    return Clearance(report, near[0] if near else None, touching=touching, nearest_text=names.list_pairs(near[:1]))

@@ -11,7 +11,7 @@ from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 
 TORQUES = "holding torques"
-NEAR = 0.8  # share of the effort limit from which a joint is marked as near it
+NEAR_LIMIT = 0.8  # share of the effort limit from which a joint is marked as near it
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def loads(robot: Robot, q: NDArray[np.float64]) -> tuple[Load, ...]:
     return tuple(Load(*each) for each in zip(*values, strict=True))
 
 
-def are_known(robot: Robot) -> bool:
+def has_inertias(robot: Robot) -> bool:
     """Whether the torques can be computed: every moving link with a shape has an inertia, and there is a mass."""
     try:
         robot.inertial_parameters  # noqa: B018 - raises InertiaError

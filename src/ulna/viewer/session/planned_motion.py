@@ -18,7 +18,7 @@ from ulna.planning.timing import QUANTITIES
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
 from ulna.viewer.session.session import Session
-from ulna.viewer.session.way import Leg, Manner, Waypoint, gripper_of, joined, way_through
+from ulna.viewer.session.waypoints import Leg, MotionSettings, Waypoint, gripper_of, join_legs, plan_through
 
 NAME = "planning a motion"
 JERK = 30.0  # [rad/s^3 or m/s^3] the limit of every joint, if the jerk is limited
@@ -27,7 +27,7 @@ _SAMPLES = 400  # samples of a curve
 Array = NDArray[np.float64]
 
 
-Aims = tuple[Array | None, tuple[Waypoint, ...]]
+Goals = tuple[Array | None, tuple[Waypoint, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class Planned:
+class PlannedMotion:
     """A plan as it is shown.
 
     Attributes:
@@ -79,21 +79,21 @@ class Planned:
     n_reached: int = 0
 
 
-def planned(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, manner: Manner) -> Planned:
+def plan_motion(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, settings: MotionSettings) -> PlannedMotion:
     """Plan a motion from a configuration through waypoints; the last one is the goal."""
-    legs, n_reached = way_through(robot, start, stops, world, manner)
-    link, last, line, motion = manner.link, legs[-1], legs[-1].line, joined(legs)
+    legs, n_reached = plan_through(robot, start, stops, world, settings)
+    link, last, line, motion = settings.link, legs[-1], legs[-1].line, join_legs(legs)
     if motion is None:
         end, goal = last.goal, last.goal
         if goal.ndim == 2:
             of = last.plan.reason.data  # of a goal out of reach: the nearest solution, whose distance the sentence gives
-            held = manner.held
+            held = settings.held
             near = of if isinstance(of, IKResult) else robot.inverse_kinematics(goal, last.start, link=link, held=held)
             end = near.q
-        return Planned(last.plan, None, np.empty((0, 3)), end, kept_line=line, legs=tuple(legs), n_reached=n_reached)
+        return PlannedMotion(last.plan, None, np.empty((0, 3)), end, kept_line=line, legs=tuple(legs), n_reached=n_reached)
     q = motion.at(np.linspace(0.0, motion.duration, _POINTS * len(legs))).q
     way = robot.forward_kinematics(q, link=link)[:, :3, 3]
-    return Planned(last.plan, motion, way, motion.q[-1], curves_of(motion), line, tuple(legs), n_reached)
+    return PlannedMotion(last.plan, motion, way, motion.q[-1], curves_of(motion), line, tuple(legs), n_reached)
 
 
 def curves_of(motion: Trajectory) -> dict[str, Curve]:
@@ -129,11 +129,11 @@ class Planning:
         self.upright = self.on_line = False
         self.held: tuple[str, ...] = ()
         self.waypoints: tuple[Waypoint, ...] = ()
-        self.shown: Planned | None = None
+        self.shown: PlannedMotion | None = None
         self._goal: Array | None = None
         self._start = session.q
-        self._placed = (session.q,)  # the configurations at which it has put the arm: two while it moves the arm, else one
-        self._asked: tuple | None = None
+        self._own_configurations = (session.q,)  # where it has put the arm: two configurations while it moves the arm, else one
+        self._request: tuple | None = None
         self._link = session.link
 
     @property
@@ -161,27 +161,27 @@ class Planning:
         """
         self._goal = as_one_pose(T_base_hand, "T_base_hand")
 
-    def send_to(self, q: ArrayLike) -> None:
+    def send_configuration(self, q: ArrayLike) -> None:
         """Choose a configuration as the goal, shape (n_dof,)."""
         self._goal = as_floats("q", q).copy()
 
-    def keep_goal(self, approach: float = 0.0, retract: float = 0.0, opening: float | None = None) -> None:
+    def add_waypoint(self, approach: float = 0.0, retract: float = 0.0, opening: float | None = None) -> None:
         """Add the goal as a waypoint, or the present configuration if there is no goal."""
         goal = self._session.q if self._goal is None else self._goal
-        self.aims = None, (*self.waypoints, Waypoint(goal, approach, retract, opening))
+        self.goals = None, (*self.waypoints, Waypoint(goal, approach, retract, opening))
 
-    def drop_waypoint(self) -> None:
+    def remove_waypoint(self) -> None:
         """Remove the last waypoint, which becomes the goal unless there is one."""
         if self.waypoints:
             *others, last = self.waypoints
-            self.aims = (last.goal if self._goal is None else self._goal), (*others,)
+            self.goals = (last.goal if self._goal is None else self._goal), (*others,)
 
     @property
     def has_gripper(self) -> bool:
         """Whether the hand has fingers that open."""
         return len(gripper_of(self._session.robot, self._session.link)) > 0
 
-    def words_of(self, stop: Waypoint) -> str:
+    def describe_waypoint(self, stop: Waypoint) -> str:
         """A line of text for a waypoint: its position, approach, retract and gripper opening."""
         T = stop.goal if stop.goal.ndim == 2 else self._session.robot.forward_kinematics(stop.goal, link=self._session.link)
         words = ", ".join(f"{value + 0.0:.3f}" for value in T[:3, 3].round(3)) + " m"
@@ -190,20 +190,20 @@ class Planning:
         return words if stop.opening is None else f"{words}, gripper {100 * stop.opening:g} % open"
 
     @property
-    def aims(self) -> Aims:
+    def goals(self) -> Goals:
         """The goal, or None, and the waypoints before it."""
         return self._goal, self.waypoints
 
-    @aims.setter
-    def aims(self, aims: Aims) -> None:
-        self._goal, self.waypoints = aims
+    @goals.setter
+    def goals(self, goals: Goals) -> None:
+        self._goal, self.waypoints = goals
         if self._goal is None and not self.waypoints:
-            self.shown, self._asked = None, None
+            self.shown, self._request = None, None
 
     @property
-    def manner(self) -> Manner:
+    def settings(self) -> MotionSettings:
         """The options with which it plans."""
-        return Manner(self._session.link, (*self._session.held, *self.held), self.jerk, self.upright, self.on_line)
+        return MotionSettings(self._session.link, (*self._session.held, *self.held), self.jerk, self.upright, self.on_line)
 
     def turn(self, *, on: bool) -> None:
         """Begin planning from the present configuration and without a goal, or end it."""
@@ -225,7 +225,7 @@ class Planning:
         if not self.on:
             return False
         q = self._session.q
-        if self._session.link != self._link or not any(np.array_equal(q, placed) for placed in self._placed):
+        if self._session.link != self._link or not any(np.array_equal(q, own) for own in self._own_configurations):
             self.start_here()
         another = self._plan()
         motion = None if self.shown is None else self.shown.motion
@@ -235,7 +235,7 @@ class Planning:
         if self.playing:
             self.share = min(self.share + seconds / max(motion.duration, 1e-6), 1.0)
             self.playing = self.share < 1.0
-        self._place(motion.at(self.share * motion.duration).q)
+        self._move_to(motion.at(self.share * motion.duration).q)
         return another
 
     @property
@@ -251,15 +251,15 @@ class Planning:
         at = f"waypoint {self.shown.n_reached + 1}: " if motion is None and self.shown.n_reached < len(self.waypoints) else ""
         return at + self._sentence_of(self.shown, plan, motion)
 
-    def _sentence_of(self, shown: Planned, plan: Plan, motion: Trajectory | None) -> str:
+    def _sentence_of(self, shown: PlannedMotion, plan: Plan, motion: Trajectory | None) -> str:
         if isinstance(plan.reason.data, Report):
             hits = [pair for pair in plan.reason.data.pairs if pair.signed_distance <= 0.0]
             own = plan.status == PlanStatus.START_IN_COLLISION and all(pair.link_b is not None for pair in hits)
             hint = "; if these links touch in every pose, allow these contacts" if own else ""
-            return f"{plan.status}: {self._session.names.listed(hits)}{hint}"
+            return f"{plan.status}: {self._session.names.list_pairs(hits)}{hint}"
         if motion is None:
             of = plan.reason.data
-            return f"{plan.status}: {_short_of(of)}" if isinstance(of, IKResult) else str(plan)
+            return f"{plan.status}: {_describe_error(of)}" if isinstance(of, IKResult) else str(plan)
         how = "certified free" if motion.certified else "not certified"
         if self.upright or self.on_line:
             how += f", uses at most {plan.worst_violation:.0%} of the tolerance"
@@ -278,32 +278,33 @@ class Planning:
         All fields are stored together at the end, without a call in between, so that an interrupt cannot split the change.
         """
         link, q = self._session.link, self._session.q
-        self.on, self._goal, self.waypoints, self._link, self._start, self._placed = on, goal, waypoints, link, q, (q,)
-        self.playing, self.share, self.shown, self.waiting, self._asked = False, 0.0, None, False, None
+        self.on, self._goal, self.waypoints, self._link, self._start = on, goal, waypoints, link, q
+        self._own_configurations = (q,)
+        self.playing, self.share, self.shown, self.waiting, self._request = False, 0.0, None, False, None
 
     def _plan(self) -> bool:
         stops = self.waypoints if self._goal is None else (*self.waypoints, Waypoint(self._goal, moves_gripper=True))
         if not stops:
             return False
-        session, manner = self._session, self.manner
-        asked = ([(stop.goal.tobytes(), *stop[1:]) for stop in stops], session.world.objects(), manner, session.robot)
-        if asked == self._asked:
+        session, settings = self._session, self.settings
+        request = ([(stop.goal.tobytes(), *stop[1:]) for stop in stops], session.world.objects(), settings, session.robot)
+        if request == self._request:
             return False
         start, share = (session.q, 0.0) if self.playing else (self._start, self.share)
-        found = session.ask(NAME, planned, session.robot, start, stops, session.world, manner)
+        found = session.ask(NAME, plan_motion, session.robot, start, stops, session.world, settings)
         self._start, self.share, self.waiting, self.shown = start, share, found is None, found
-        self._asked = None if found is None else asked
+        self._request = None if found is None else request
         return True
 
-    def _place(self, q: Array) -> None:
+    def _move_to(self, q: Array) -> None:
         before = self._session.q
         if not np.array_equal(q, before):
-            self._placed = before, q
+            self._own_configurations = before, q
             self._session.q = q
-        self._placed = (q,)
+        self._own_configurations = (q,)
 
 
-def _short_of(nearest: IKResult) -> str:
+def _describe_error(nearest: IKResult) -> str:
     """The error of the nearest configuration to a pose out of reach, in words."""
     parts = [f"{nearest.position_error * 1e3:.1f} mm"] if nearest.position_error >= 5e-5 else []
     if nearest.rotation_error >= np.radians(0.05):

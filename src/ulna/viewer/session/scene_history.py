@@ -62,39 +62,39 @@ class SceneHistory:
         self._world = world
         self._steps: list[tuple[Act, Act]] = []
         self._n_done = 0
-        self._open: Scene | None = None  # the scene before the present step
-        self._doing: tuple[int, Act] | None = None  # the present act, and the number of steps that are done after it
+        self._scene_before: Scene | None = None  # the scene before the present step
+        self._pending_act: tuple[int, Act] | None = None  # the present act, and the number of steps that are done after it
 
     @property
     def can_undo(self) -> bool:
         """Whether there is a step to undo."""
-        self._go_on()
+        self._complete()
         return self._n_done > 0
 
     @property
     def can_redo(self) -> bool:
         """Whether there is a step to redo."""
-        self._go_on()
+        self._complete()
         return self._n_done < len(self._steps)
 
     @contextmanager
     def step(self) -> Iterator[None]:
         """A context whose changes of the world are one step, even if it ends with an exception."""
-        self._go_on()
-        self._open = scene_of(self._world)
+        self._complete()
+        self._scene_before = scene_of(self._world)
         try:
             yield
         finally:
-            self._go_on()
+            self._complete()
 
     def add(self, before: Scene, after: Scene) -> None:
         """Add a step from one scene to another, unless they are equal. This drops the steps that can be redone."""
-        self._go_on()
+        self._complete()
         self._add(before, after)
 
     def add_acts(self, undo: Act, redo: Act) -> None:
         """Add a completed step as its two functions. Each may be called twice."""
-        self._go_on()
+        self._complete()
         self._add_acts(undo, redo)
 
     def undo(self) -> tuple[str, ...]:
@@ -102,26 +102,26 @@ class SceneHistory:
         if not self.can_undo:
             return ()
         n = self._n_done - 1
-        self._doing = n, self._steps[n][0]
-        return self._go_on()
+        self._pending_act = n, self._steps[n][0]
+        return self._complete()
 
     def redo(self) -> tuple[str, ...]:
         """Redo the step that was undone last. Returns the names of the objects that this added or changed."""
         if not self.can_redo:
             return ()
         n = self._n_done
-        self._doing = n + 1, self._steps[n][1]
-        return self._go_on()
+        self._pending_act = n + 1, self._steps[n][1]
+        return self._complete()
 
-    def _go_on(self) -> tuple[str, ...]:
+    def _complete(self) -> tuple[str, ...]:
         """Complete an interrupted act, and close a step whose changes were made."""
         names: tuple[str, ...] = ()
-        if self._open is not None:
-            self._add(self._open, scene_of(self._world))
-        if self._doing is not None:
-            n, act = self._doing
+        if self._scene_before is not None:
+            self._add(self._scene_before, scene_of(self._world))
+        if self._pending_act is not None:
+            n, act = self._pending_act
             names = act()
-            self._n_done, self._doing = n, None
+            self._n_done, self._pending_act = n, None
         return names
 
     def _add(self, before: Scene, after: Scene) -> None:
@@ -130,12 +130,12 @@ class SceneHistory:
             old, new = ({name: scene[name] for name in changed if name in scene} for scene in (before, after))
             self._add_acts(partial(self._apply, new, old), partial(self._apply, old, new))
         else:
-            self._open = None
+            self._scene_before = None
 
     def _add_acts(self, undo: Act, redo: Act) -> None:
         steps = [*self._steps[: self._n_done], (undo, redo)][-_MAX_STEPS:]
         n = len(steps)
-        self._steps, self._n_done, self._open = steps, n, None
+        self._steps, self._n_done, self._scene_before = steps, n, None
 
     def _apply(self, before: Scene, after: Scene) -> tuple[str, ...]:
         exchange(self._world, before.keys() - after.keys(), world_of(after))

@@ -15,9 +15,9 @@ from ulna.kinematics.frames import frame_pose, standing_links
 from ulna.kinematics.positions import as_positions, refuse_out_of_range
 from ulna.robot import Robot
 from ulna.robot.hand_link import hand_link
-from ulna.viewer.session.beginning import NAME as BEGINNING
-from ulna.viewer.session.beginning import beginning, configurations_of
 from ulna.viewer.session.clearance import Clearance, ShapeNames, clearance
+from ulna.viewer.session.first_configuration import NAME as FIRST_CONFIGURATION
+from ulna.viewer.session.first_configuration import configurations_of, first_configuration
 from ulna.viewer.session.hand import Hand
 
 Array = NDArray[np.float64]
@@ -39,7 +39,7 @@ class Session:
         robot: The robot.
         world: The obstacles around it; an empty world unless given.
         q: The first configuration [rad or m], shape (n_dof,). Default: the SRDF's `home`, or else the robot's. If the arm is
-            stretched there, it moves to a bent configuration (``beginning``) once that is compiled, unless it has moved before.
+            stretched there, it moves to a bent one (``first_configuration``) once that is compiled, unless it has moved before.
         ask: Calls the functions of a frame, as ``Compiler.ask`` does. It returns None while another thread compiles their
             kernels. Until then the hand does not move and the clearance is unknown; the next frame calls them again.
 
@@ -50,7 +50,7 @@ class Session:
         avoiding: Whether the pulled hand avoids collisions with the world and the robot itself.
         itself: Whether self-collision is checked too.
         trouble: Why the hand has not reached its target; empty if it has, while it moves, and after release.
-        missed: Why the hand did not reach the last pose given to ``send``; empty if it did, and after any other motion.
+        send_failure: Why the hand did not reach the last pose given to ``send``; empty if it did, and after any other motion.
         stopped: Whether ``trouble`` is that the hand stopped before a collision.
         names: The shown names of the robot's collision shapes.
         clearance: The pairs in contact, and the nearest obstacle.
@@ -71,7 +71,7 @@ class Session:
         if not isinstance(robot, Robot):
             raise InputError("robot", f"{type(robot).__name__}; an ulna.Robot is expected: ulna.load gives one")
         refuse_no_world(world)
-        self.robot = self._wanted = robot
+        self.robot = self._next_robot = robot
         self.world = World() if world is None else world
         self.lock, self.ask = threading.RLock(), ask
         self.avoiding, self.itself = False, not self.unchecked
@@ -79,10 +79,10 @@ class Session:
         self.names = ShapeNames(robot)
         self._hand = Hand(robot, hand_link(robot), self.names) if robot.n_dof else None
         self.q = configurations_of(robot)["home"] if q is None else q
-        self._seen: tuple | None = None
-        self._letting_go = self.waiting = self._checked = False
-        self._resting = self._q if q is None and robot.n_dof else None
-        self._begin()
+        self._last_state: tuple | None = None
+        self._is_released = self.waiting = self._checked = False
+        self._first_q = self._q if q is None and robot.n_dof else None
+        self._bend_if_stretched()
 
     @cached_property
     def unchecked(self) -> str:
@@ -161,23 +161,23 @@ class Session:
     def send(self, T_base_hand: ArrayLike) -> None:
         """Send the hand to a pose T_base_hand, shape (4, 4), on any IK branch.
 
-        The following frames move it there, or set ``missed``.
+        The following frames move it there, or set ``send_failure``.
 
         Raises:
             InputError: It is not a pose.
         """
         self._pull(T_base_hand, sent=True)
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Release the hand: it still moves to its target, and then stops."""
         with self.lock:
-            self._letting_go = True
+            self._is_released = True
 
     def frame(self) -> bool:
         """Advance by one frame. Returns whether anything visible has changed."""
         with self.lock:
-            self._take_robot()
-            self._begin()
+            self._apply_robot()
+            self._bend_if_stretched()
             self._follow()
             seen = (
                 self.robot,
@@ -186,12 +186,12 @@ class Session:
                 self.itself,
                 self.link,
                 self.trouble,
-                self.missed,
+                self.send_failure,
                 self.target is None,
             )
-            changed = seen != self._seen
+            changed = seen != self._last_state
             if changed:  # the last check was of another state: check again, even if this frame is interrupted
-                self._seen, self._checked = seen, False
+                self._last_state, self._checked = seen, False
             return not self._checked and (self._check() or changed)
 
     @property
@@ -204,19 +204,19 @@ class Session:
 
     def use(self, robot: Robot) -> None:
         """Replace the robot from the next frame on by one with the same joints and links. Needs no lock."""
-        self._wanted = robot
+        self._next_robot = robot
 
-    def _begin(self) -> None:
+    def _bend_if_stretched(self) -> None:
         """Move a stretched arm to a bent configuration, once, unless it has moved."""
-        if self._resting is None:
+        if self._first_q is None:
             return
-        if self._q is not self._resting or self.target is not None:
-            self._resting = None
-        elif (q := self.ask(BEGINNING, beginning, self.robot, self.world)) is not None:
-            self.q, self._resting = q, None
+        if self._q is not self._first_q or self.target is not None:
+            self._first_q = None
+        elif (q := self.ask(FIRST_CONFIGURATION, first_configuration, self.robot, self.world)) is not None:
+            self.q, self._first_q = q, None
 
-    def _take_robot(self) -> None:
-        wanted = self._wanted
+    def _apply_robot(self) -> None:
+        wanted = self._next_robot
         if wanted is not self.robot:
             if wanted.attached != self.robot.attached:
                 self.names = ShapeNames(wanted)
@@ -226,9 +226,9 @@ class Session:
     @property
     def moving(self) -> bool:
         """Whether the hand moves to its target."""
-        return self.target is not None and self._on_the_way
+        return self.target is not None and self._is_moving
 
-    _on_the_way = False
+    _is_moving = False
 
     def _check(self) -> bool:
         """Compute the clearance. Returns whether it is known."""
@@ -250,19 +250,19 @@ class Session:
             followed = self.ask(name, self._hand.place, self._q.copy(), self.target.copy(), world)
         if followed is None:
             self.waiting = True
-        elif self._letting_go and not followed.moving:
+        elif self._is_released and not followed.moving:
             self._rest(followed.q, self._hand, followed.reason if self._sent else "")
         else:
-            self._q, self.trouble, self._on_the_way = followed.q, followed.reason, followed.moving
+            self._q, self.trouble, self._is_moving = followed.q, followed.reason, followed.moving
             self.stopped, self.waiting = followed.stopped, False
 
     def _pull(self, T_base_hand: ArrayLike, *, sent: bool) -> None:
         with self.lock:
-            self.target, self._letting_go = as_one_pose(T_base_hand, "T_base_hand"), sent
-            self._sent, self.missed = sent, ""
+            self.target, self._is_released = as_one_pose(T_base_hand, "T_base_hand"), sent
+            self._sent, self.send_failure = sent, ""
 
-    def _rest(self, q: Array, hand: Hand | None, missed: str = "") -> None:
+    def _rest(self, q: Array, hand: Hand | None, send_failure: str = "") -> None:
         """Put the arm at q with a hand that is not pulled; clear the target and the reasons."""
-        self._q, self._hand, self.missed = q, hand, missed
+        self._q, self._hand, self.send_failure = q, hand, send_failure
         self.target, self.trouble, self.stopped = None, "", False
-        self._letting_go = self._sent = self._on_the_way = self.waiting = False
+        self._is_released = self._sent = self._is_moving = self.waiting = False

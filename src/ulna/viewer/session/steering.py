@@ -14,8 +14,8 @@ from ulna.robot import Robot
 from ulna.robot.coordinates import coordinates_of
 from ulna.servo.command import Command
 from ulna.servo.servo import Servo
-from ulna.viewer.session.beginning import free_near
 from ulna.viewer.session.clearance import ShapeNames
+from ulna.viewer.session.first_configuration import free_configuration_near
 from ulna.viewer.session.session import Session
 
 NAME, JOINTS = "steering", "joints"
@@ -28,7 +28,7 @@ _HELD_FOR = 0.3  # [s] a held button sends ten messages a second; without one fo
 Array = NDArray[np.float64]
 
 
-def started(
+def start_servo(
     robot: Robot, world: World, link: str, q: Array, jerk: float | None = None, names: ShapeNames | None = None
 ) -> tuple[Servo | None, str]:
     """Start a servo at rest at q, shape (n_dof,).
@@ -43,19 +43,19 @@ def started(
     try:
         servo.start(q)
     except InputError as error:
-        return None, _too_near(robot, world, q, names or ShapeNames(robot)) or str(error)
+        return None, _describe_near_pairs(robot, world, q, names or ShapeNames(robot)) or str(error)
     return servo, ""
 
 
-def _too_near(robot: Robot, world: World, q: Array, names: ShapeNames) -> str:
+def _describe_near_pairs(robot: Robot, world: World, q: Array, names: ShapeNames) -> str:
     """A sentence that names the pairs in contact or too close at q; empty if there are none."""
     near = robot.check_collision(q, world, max_distance=_TOO_NEAR).pairs
     touching = [pair for pair in near if pair.signed_distance <= 0.0]
-    what = names.listed(touching or near)
+    what = names.list_pairs(touching or near)
     return what and (f"{what} touch" if touching else f"{what} are too close to each other") + f": {_WAY_OUT}"
 
 
-def _warmed(servo: Servo) -> bool:
+def _warm_up(servo: Servo) -> bool:
     servo.warm_up()
     return True
 
@@ -88,13 +88,13 @@ class Steering:
         self.command: Command | None = None
         self._servo: Servo | None = None
         self._step = (0, 0, 0)  # the entry of the present step, its sign, and the number of ticks left
-        self._until = until  # [s] the time at which each button counts as released; row 0: negative directions, 1: positive
-        self._seen: tuple | None = None  # the link, q and the objects for which the servo was made, or refused
-        self._owed = 0.0  # [s] time for which no ticks were made yet
+        self._release_times = until  # [s] when each button counts as released; row 0: negative directions, row 1: positive
+        self._servo_state: tuple | None = None  # the link, q and the objects for which the servo was made, or refused
+        self._pending_time = 0.0  # [s] time for which no ticks were made yet
 
     def hold(self, entry: int, sign: int) -> None:
         """Note that a button is held. entry: of the twist (v, w), or of q; sign: 1 or -1."""
-        self._until[max(sign, 0), entry] = time.monotonic() + _HELD_FOR
+        self._release_times[max(sign, 0), entry] = time.monotonic() + _HELD_FOR
 
     def step(self, entry: int, sign: int, size: float) -> None:
         """Move along an entry of the twist, or of q, by a size [m or rad].
@@ -107,7 +107,11 @@ class Steering:
         """Put the arm at a nearby collision-free configuration from which it can be steered."""
         session, link = self._session, self._session.link
         robot, world = session.robot, session.world.snapshot()
-        q = free_near(robot, world, session.q, lambda q: started(robot, world, link, q, self.jerk)[0] is not None)
+
+        def can_start(q: Array) -> bool:
+            return start_servo(robot, world, link, q, self.jerk)[0] is not None
+
+        q = free_configuration_near(robot, world, session.q, can_start)
         if q is None:
             self.refusal = "no collision-free pose was found nearby: move the obstacle away"
         else:
@@ -121,7 +125,7 @@ class Steering:
     @property
     def moving(self) -> bool:
         """Whether another frame would move the arm."""
-        return self.on and (bool(self._held().any()) or (self._servo is not None and bool(self._servo.qd.any())))
+        return self.on and (bool(self._directions().any()) or (self._servo is not None and bool(self._servo.qd.any())))
 
     @property
     def sentence(self) -> str:
@@ -137,11 +141,11 @@ class Steering:
         if not self.on:
             return False
         before = self.sentence
-        servo = self._ready()
-        self._owed = self._owed + seconds if servo is not None and self.moving else 0.0
+        servo = self._ready_servo()
+        self._pending_time = self._pending_time + seconds if servo is not None and self.moving else 0.0
         speeds = self._speeds()
-        while servo is not None and self._owed >= 1 / RATE:
-            goal = self._held() * speeds
+        while servo is not None and self._pending_time >= 1 / RATE:
+            goal = self._directions() * speeds
             if not goal.any():
                 command = servo.step()
             elif self.expressed_in == JOINTS:
@@ -150,17 +154,17 @@ class Steering:
                 command = servo.step(twist=goal, expressed_in=self.expressed_in, frame=self.axes_of)
             entry, sign, ticks = self._step
             self._step = entry, sign, max(ticks - 1, 0)
-            self.command, self._owed = command, self._owed - 1 / RATE
+            self.command, self._pending_time = command, self._pending_time - 1 / RATE
             self._session.q = command.q
-            self._seen = self._now()
+            self._servo_state = self._state()
         return self.sentence != before
 
-    def _held(self) -> Array:
+    def _directions(self) -> Array:
         """The direction of each entry: 1, -1, or 0 if it is not to move.
 
         The entries are those of the twist, shape (6,), or of q, shape (n_dof,).
         """
-        held = self._until > time.monotonic()
+        held = self._release_times > time.monotonic()
         signs = held[1] * 1.0 - held[0]
         entry, sign, ticks = self._step
         if ticks and self.can_move:
@@ -178,28 +182,29 @@ class Steering:
         """The speed of each entry [m/s or rad/s]."""
         return self.speed * np.where(self.turns, TURNING, 1.0)
 
-    def _now(self) -> tuple:
+    def _state(self) -> tuple:
         session = self._session
         return session.link, session.q.tobytes(), (session.robot, session.world.objects())
 
-    def _ready(self) -> Servo | None:
+    def _ready_servo(self) -> Servo | None:
         """The servo, compiled for the present world; None if there is none yet.
 
         A new servo starts if the arm was moved by other means, or if it is at rest and the obstacles have changed.
         """
-        now, session, servo = self._now(), self._session, self._servo
-        if now == self._seen:
+        now, session, servo = self._state(), self._session, self._servo
+        if now == self._servo_state:
             return servo
-        seen = self._seen
+        seen = self._servo_state
         moved = servo is None or seen is None or (now[:2] != seen[:2] and now[:2] != (seen[0], servo.q.tobytes()))
         if moved or servo is None or not servo.qd.any():  # at rest, a changed world needs a new servo
-            found = session.ask(NAME, started, session.robot, session.world, session.link, session.q, self.jerk, session.names)
+            robot, world = session.robot, session.world
+            found = session.ask(NAME, start_servo, robot, world, session.link, session.q, self.jerk, session.names)
             self._servo, self.refusal = found or (None, "")
             self.command = None
         else:
-            found = session.ask(NAME, _warmed, servo)
+            found = session.ask(NAME, _warm_up, servo)
         self.waiting = found is None
         if found is None:
             return None
-        self._seen = now
+        self._servo_state = now
         return self._servo

@@ -33,12 +33,12 @@ class Voxels:
         along = self.centers[:, AXES.index(axis)]
         return float(along.min()) - self.size / 2, float(along.max()) + self.size / 2
 
-    def shown(self, axis: str, plane: float, least: float) -> NDArray[np.int64]:
+    def shown(self, axis: str, plane: float, min_share: float) -> NDArray[np.int64]:
         """The indices of the voxels behind a plane normal to an axis, and with at least a share.
 
         Behind the plane the coordinate is larger.
         """
-        return np.flatnonzero((self.centers[:, AXES.index(axis)] >= plane) & (self.shares >= least))
+        return np.flatnonzero((self.centers[:, AXES.index(axis)] >= plane) & (self.shares >= min_share))
 
     def on_ray(self, origin: Array, direction: Array, shown: NDArray[np.int64]) -> int | None:
         """The first shown voxel on a ray from a point (3,) along a direction (3,); None if there is none.

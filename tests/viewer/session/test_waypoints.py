@@ -10,10 +10,10 @@ from typer.testing import CliRunner
 import ulna
 from ulna.cli.app import app
 from ulna.viewer.session.changes import Changes
+from ulna.viewer.session.export import as_commands, as_program, motion_file
 from ulna.viewer.session.planned_motion import Planning
 from ulna.viewer.session.session import Session
-from ulna.viewer.session.way import Manner, gripper_of
-from ulna.viewer.session.written import as_commands, as_program, motion_file
+from ulna.viewer.session.waypoints import MotionSettings, gripper_of
 
 FINGER = """<link name="finger{k}"/><joint name="finger_joint{k}" type="prismatic"><parent link="panda_link8"/>
 <child link="finger{k}"/><axis xyz="0 {sign} 0"/><limit lower="0" upper="0.04" velocity="0.2" effort="1"/></joint>"""
@@ -42,7 +42,7 @@ def aim(planning, xyz):
 def planning(panda, world):
     planning = planning_of(panda, world)
     aim(planning, (0.4, -0.2, 0.3))
-    planning.keep_goal(approach=0.08, retract=0.05)
+    planning.add_waypoint(approach=0.08, retract=0.05)
     aim(planning, (0.35, -0.3, 0.5))
     planning.frame(0.0)
     return planning
@@ -69,10 +69,10 @@ def test_the_gripper_opens_at_a_way_point(panda, world):
     text = panda.to_urdf().replace("</robot>", "".join(FINGER.format(k=k, sign=s) for k, s in ((1, 1), (2, -1))) + "</robot>")
     robot = ulna.load(text)
     planning = planning_of(robot, world)
-    assert list(gripper_of(robot, planning.manner.link)) == [7, 8]
+    assert list(gripper_of(robot, planning.settings.link)) == [7, 8]
     aim(planning, (0.4, -0.2, 0.3))
-    planning.keep_goal(opening=1.0)
-    planning.keep_goal(opening=0.5)
+    planning.add_waypoint(opening=1.0)
+    planning.add_waypoint(opening=0.5)
     planning.frame(0.0)
     motion = planning.shown.motion
     opened = [leg.motion.q[-1][7:] for leg in planning.shown.legs]
@@ -89,11 +89,11 @@ def test_a_way_point_that_is_not_reached_is_named(panda, world):
     planning = planning_of(panda, world)
     for xyz in ((0.4, -0.2, 0.3), (0.45, 0.25, 0.4)):
         aim(planning, xyz)
-        planning.keep_goal()
+        planning.add_waypoint()
     planning.frame(0.0)
     assert planning.shown.motion is None
     assert planning.sentence.startswith("waypoint 2: goal in collision: ")
-    planning.drop_waypoint()
+    planning.remove_waypoint()
     assert len(planning.waypoints) == 1
     assert planning.hand_pose[0, 3] == 0.45
 
@@ -116,7 +116,7 @@ def test_the_program_makes_the_motion_again(planning, panda, world, tmp_path, mo
     shown = planning.shown
     lines = [f"robot = {changes.as_expression()}"]
     made = {}
-    exec(as_program(panda, lines, world, shown.legs, planning.manner), made)  # noqa: S102 - what a person would paste
+    exec(as_program(panda, lines, world, shown.legs, planning.settings), made)  # noqa: S102 - what a person would paste
     assert made["motion"].certified
     assert made["motion"].stops == shown.motion.stops
     np.testing.assert_allclose(made["motion"].q[-1], shown.motion.q[-1], atol=1e-6)
@@ -129,7 +129,7 @@ def test_the_commands_make_the_motion_again(planning, panda, world, tmp_path, mo
     monkeypatch.chdir(tmp_path)
     ulna.save_world(world, "scene.json")
     for line, leg in zip(
-        as_commands(panda, world, planning.shown.legs, planning.manner).splitlines()[1:], planning.shown.legs, strict=True
+        as_commands(panda, world, planning.shown.legs, planning.settings).splitlines()[1:], planning.shown.legs, strict=True
     ):
         program, *words = shlex.split(line)
         assert program == "ulna"
@@ -142,14 +142,14 @@ def test_the_commands_make_the_motion_again(planning, panda, world, tmp_path, mo
 
 def test_changes_are_of_the_robot_as_it_was_and_none_is_the_robot_itself(panda):
     none = Changes()
-    assert none.of(panda) is panda
+    assert none.apply_to(panda) is panda
     narrow = none.with_limit(panda, "upper", "panda_joint1", 1.0)
-    assert narrow.of(panda).upper[0] == 1.0
+    assert narrow.apply_to(panda).upper[0] == 1.0
     wider = narrow.with_limit(panda, "upper", "panda_joint1", 2.0)
-    assert wider.of(panda).upper[0] == 2.0
+    assert wider.apply_to(panda).upper[0] == 2.0
     assert wider.with_limit(panda, "upper", "panda_joint1", panda.upper[0]) == none
     with pytest.raises(ulna.InputError, match="upper"):
-        none.with_limit(panda, "upper", "panda_joint1", 9.0).of(panda)
+        none.with_limit(panda, "upper", "panda_joint1", 9.0).apply_to(panda)
     held = ulna.load("panda").with_attached("cup", ulna.Box((0.05, 0.05, 0.1)), ulna.pose((0, 0, 0.1), (0.1, 0.2, 0.3))).attached
     changes = Changes((("panda_link1", "panda_link7"),), {"lower": {"panda_joint2": -1.0}}, held)
     made = eval(changes.as_expression(), {"robot": panda, "ulna": ulna})  # noqa: S307 - what a person would paste
@@ -158,14 +158,14 @@ def test_changes_are_of_the_robot_as_it_was_and_none_is_the_robot_itself(panda):
     assert made.attached[0].name == "cup"
     np.testing.assert_allclose(made.attached[0].T_link_object, held[0].T_link_object, atol=1e-12)
     assert (
-        changes.in_words()
+        changes.describe()
         == "These links may touch: panda_link1 and panda_link7. Narrower limits: panda_joint2. Attached: cup to panda_ee"
     )
 
 
 def test_a_program_of_a_robot_that_has_no_file_loads_none(panda):
     for robot in (ulna.load(panda.to_urdf()), panda.with_tool(ulna.pose((0.0, 0.0, 0.1)))):
-        program = as_program(robot, [], ulna.World(), [], Manner(robot.tip))
+        program = as_program(robot, [], ulna.World(), [], MotionSettings(robot.tip))
         assert "robot = ..." in program
         assert "ulna.load" not in program
-    assert "robot = ulna.load('panda')" in as_program(panda, [], ulna.World(), [], Manner(panda.tip))
+    assert "robot = ulna.load('panda')" in as_program(panda, [], ulna.World(), [], MotionSettings(panda.tip))

@@ -5,7 +5,7 @@ import pytest
 
 import robots
 import ulna
-from ulna.viewer.session.beginning import beginning
+from ulna.viewer.session.first_configuration import first_configuration
 from ulna.viewer.session.session import Session
 
 H = np.pi / 2
@@ -35,12 +35,12 @@ def test_an_arm_that_is_not_stretched_begins_at_home_and_one_that_is_given_a_pla
 
 def test_it_begins_free_of_the_obstacles_and_of_itself():
     robot = ulna.load(robot_of_balls())
-    empty = beginning(robot, ulna.World())
+    empty = first_configuration(robot, ulna.World())
     assert not robot.in_collision(empty)
     world = ulna.World()
     world.add("in its way", ulna.Sphere(0.1), robot.forward_kinematics(empty))
     assert robot.in_collision(empty, world)
-    other = beginning(robot, world)
+    other = first_configuration(robot, world)
     assert not robot.in_collision(other, world)
     assert np.count_nonzero(other) > 0
     assert np.abs(other).max() == H

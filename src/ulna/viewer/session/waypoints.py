@@ -41,7 +41,7 @@ class Waypoint(NamedTuple):
     moves_gripper: bool = False
 
 
-class Manner(NamedTuple):
+class MotionSettings(NamedTuple):
     """The options with which a motion is planned.
 
     Attributes:
@@ -91,74 +91,76 @@ def rates_of(robot: Robot) -> tuple[Array, Array]:
     return np.where((most > 0) & (most < np.inf), most, VELOCITY), np.minimum(robot.acceleration_limits, ACCELERATION)
 
 
-def leg_to(robot: Robot, start: Array, goal: Array, world: World, manner: Manner) -> Leg:
+def plan_leg(robot: Robot, start: Array, goal: Array, world: World, settings: MotionSettings) -> Leg:
     """Plan a motion from a configuration to a goal."""
-    if goal.ndim == 1 and manner.held:
-        goal = np.where(columns_of_joints(robot.tree, manner.held), start, goal)
-    link = manner.link
+    if goal.ndim == 1 and settings.held:
+        goal = np.where(columns_of_joints(robot.tree, settings.held), start, goal)
+    link = settings.link
     end = goal if goal.ndim == 2 else robot.forward_kinematics(goal, link=link)
     line = np.stack([robot.forward_kinematics(start, link=link)[:3, 3], end[:3, 3]])
-    keeps = [Keep.upright(TILT, link=link)] if manner.upright else []
-    if not manner.on_line or np.linalg.norm(line[1] - line[0]) < ASIDE:
+    keeps = [Keep.upright(TILT, link=link)] if settings.upright else []
+    if not settings.on_line or np.linalg.norm(line[1] - line[0]) < ASIDE:
         line = None
     else:
         keeps.append(Keep.on_line(*line, within=ASIDE, link=link))
     of_goal = link if goal.ndim == 2 else None
-    plan = robot.plan(start, goal, world, link=of_goal, held=manner.held, keep=keeps, time_limit=LONGEST_SEARCH)
+    plan = robot.plan(start, goal, world, link=of_goal, held=settings.held, keep=keeps, time_limit=LONGEST_SEARCH)
     if not plan:
         return Leg(start, goal, line, plan, None)
     velocity, acceleration = rates_of(robot)
-    return Leg(start, goal, line, plan, plan.trajectory(velocity=velocity, acceleration=acceleration, jerk=manner.jerk))
+    return Leg(start, goal, line, plan, plan.trajectory(velocity=velocity, acceleration=acceleration, jerk=settings.jerk))
 
 
-def way_through(robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, manner: Manner) -> tuple[list[Leg], int]:
+def plan_through(
+    robot: Robot, start: Array, stops: tuple[Waypoint, ...], world: World, settings: MotionSettings
+) -> tuple[list[Leg], int]:
     """Plan the legs through waypoints. Returns the legs and the number of waypoints reached.
 
     If planning fails, the last leg has no motion.
     """
     legs: list[Leg] = []
     for k, stop in enumerate(stops):
-        found = _to_stop(robot, legs[-1].motion.q[-1] if legs and legs[-1].motion else start, stop, world, manner)
+        found = _plan_legs_to(robot, legs[-1].motion.q[-1] if legs and legs[-1].motion else start, stop, world, settings)
         legs += found
         if found[-1].motion is None:
             return legs, k
     return legs, len(stops)
 
 
-def _to_stop(robot: Robot, start: Array, stop: Waypoint, world: World, manner: Manner) -> list[Leg]:
+def _plan_legs_to(robot: Robot, start: Array, stop: Waypoint, world: World, settings: MotionSettings) -> list[Leg]:
     """Plan the legs to one waypoint. If planning fails, the last leg has no motion.
 
     A straight approach is planned backwards from a configuration at the goal, where fewer configurations are possible.
     """
-    straight, columns, goal = manner._replace(on_line=True), gripper_of(robot, manner.link), stop.goal.copy()
+    straight, columns, goal = settings._replace(on_line=True), gripper_of(robot, settings.link), stop.goal.copy()
     if goal.ndim == 1 and not stop.moves_gripper:
         goal[columns] = start[columns]
-    legs = [leg_to(robot, start, goal, world, manner)]
+    legs = [plan_leg(robot, start, goal, world, settings)]
     if legs[0].motion is None:
         return legs
     at = legs[0].motion.q[-1]
-    T = robot.forward_kinematics(at, link=manner.link)
+    T = robot.forward_kinematics(at, link=settings.link)
     if stop.approach > 0.0:
-        back = leg_to(robot, at, T @ pose((0.0, 0.0, -stop.approach)), world, straight)
+        back = plan_leg(robot, at, T @ pose((0.0, 0.0, -stop.approach)), world, straight)
         if back.motion is None:
             return [back]
-        legs = [leg_to(robot, start, back.motion.q[-1], world, manner)]
+        legs = [plan_leg(robot, start, back.motion.q[-1], world, settings)]
         if legs[0].motion is not None:
-            legs.append(leg_to(robot, back.motion.q[-1], at, world, straight))
+            legs.append(plan_leg(robot, back.motion.q[-1], at, world, straight))
         if legs[-1].motion is None:
             return legs
     if stop.opening is not None and len(columns):
         at = at.copy()
         at[columns] = robot.lower[columns] + stop.opening * (robot.upper[columns] - robot.lower[columns])
-        legs.append(leg_to(robot, legs[-1].motion.q[-1], at, world, manner._replace(on_line=False)))  # type: ignore[union-attr]
+        legs.append(plan_leg(robot, legs[-1].motion.q[-1], at, world, settings._replace(on_line=False)))  # type: ignore[union-attr]
         if legs[-1].motion is None:
             return legs
     if stop.retract > 0.0:
-        legs.append(leg_to(robot, legs[-1].motion.q[-1], T @ pose((0.0, 0.0, -stop.retract)), world, straight))  # type: ignore[union-attr]
+        legs.append(plan_leg(robot, legs[-1].motion.q[-1], T @ pose((0.0, 0.0, -stop.retract)), world, straight))  # type: ignore[union-attr]
     return legs
 
 
-def joined(legs: list[Leg]) -> Trajectory | None:
+def join_legs(legs: list[Leg]) -> Trajectory | None:
     """The motions of all legs as one; None if a leg has none."""
     whole = None
     for leg in legs:

@@ -18,10 +18,10 @@ from ulna.viewer.session.ellipsoid import driven_columns
 
 NAME = "the first configuration"
 _STRETCHED = 0.1  # share of the largest manipulability of all candidates, below which a configuration is nearly singular
-_ENOUGH = 0.5  # share of the largest manipulability that a bent candidate needs
+_MIN_SHARE = 0.5  # share of the largest manipulability that a bent candidate needs
 _MAX_BENT = 7  # joints that are bent, those nearest to the hand: 3^7 candidates
 _BEND = np.pi / 2
-_NEAR_BY = np.repeat(np.geomspace(0.03, 1.5, 12), 24)  # [rad or m] standard deviations of the sampled configurations
+_DEVIATIONS = np.repeat(np.geomspace(0.03, 1.5, 12), 24)  # [rad or m] standard deviations of the sampled configurations
 _TRIES = 40  # calls of ``is_good``
 _ROUNDING = 1e-9  # share of the largest singular value, below which a singular value counts as zero
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def configurations_of(robot: Robot) -> dict[str, Array]:
     return {"home": robot.home, **named}
 
 
-def beginning(robot: Robot, world: World) -> Array:
+def first_configuration(robot: Robot, world: World) -> Array:
     """Choose home; or, if the hand is nearly singular there, another configuration, shape (n_dof,).
 
     1. The first of the SRDF's configurations that is collision-free and not nearly singular.
@@ -47,16 +47,16 @@ def beginning(robot: Robot, world: World) -> Array:
     3. Otherwise home.
     """
     link, known = hand_link(robot), np.array(list(configurations_of(robot).values()))
-    driven, bent = driven_columns(robot, link), _bent(robot, known[0], link)
+    driven, bent = driven_columns(robot, link), _bent_configurations(robot, known[0], link)
     both = np.concatenate([known, bent])
     sizes = np.linalg.svd(robot.jacobian(both, link=link)[..., driven], compute_uv=False)
     rank = (sizes > _ROUNDING * sizes.max()).sum(axis=-1).max()  # a planar arm moves its hand in three directions
     values = sizes[:, :rank].prod(axis=-1)
     if values[0] >= _STRETCHED * values.max():
         return known[0]
-    free = ~_touching(robot, both, world)
+    free = ~_in_collision(robot, both, world)
     given = known[(free & (values >= _STRETCHED * values.max()))[: len(known)]]
-    good = bent[(free & (values >= _ENOUGH * values.max()))[len(known) :]]
+    good = bent[(free & (values >= _MIN_SHARE * values.max()))[len(known) :]]
     if len(given) or not len(good) or 2 * len(driven) <= robot.n_dof:
         return given[0] if len(given) else known[0]
     n_bent = np.count_nonzero(good != known[0], axis=1)
@@ -64,19 +64,19 @@ def beginning(robot: Robot, world: World) -> Array:
     return good[np.lexsort((-heights, n_bent))[0]]
 
 
-def free_near(robot: Robot, world: World, q: Array, is_good: Callable[[Array], bool]) -> Array | None:
+def free_configuration_near(robot: Robot, world: World, q: Array, is_good: Callable[[Array], bool]) -> Array | None:
     """Find a collision-free configuration near q, shape (n_dof,), that ``is_good`` accepts; None if there is none.
 
     The result is the same in every run.
     """
-    away = _NEAR_BY[:, None] * np.random.default_rng(0).normal(size=(len(_NEAR_BY), robot.n_dof))
+    away = _DEVIATIONS[:, None] * np.random.default_rng(0).normal(size=(len(_DEVIATIONS), robot.n_dof))
     tried = np.clip(np.concatenate([q + away, list(configurations_of(robot).values())]), robot.lower, robot.upper)
     tried = tried[np.argsort(np.abs(tried - q).max(axis=1), kind="stable")]
-    free = tried[~_touching(robot, tried, world)]
+    free = tried[~_in_collision(robot, tried, world)]
     return next((one for one in free[:_TRIES] if is_good(one)), None)
 
 
-def _bent(robot: Robot, home: Array, link: str) -> Array:
+def _bent_configurations(robot: Robot, home: Array, link: str) -> Array:
     """Configurations with joints bent from home, shape (n, n_dof)."""
     types = {joint.name: joint.type for joint in robot.description.joints}
     turning = [
@@ -90,7 +90,7 @@ def _bent(robot: Robot, home: Array, link: str) -> Array:
     return q[((q >= robot.lower) & (q <= robot.upper)).all(axis=1)]
 
 
-def _touching(robot: Robot, q: Array, world: World) -> NDArray[np.bool_]:
+def _in_collision(robot: Robot, q: Array, world: World) -> NDArray[np.bool_]:
     """Whether each configuration (n, n_dof) is in collision; False if the robot's shapes cannot be checked."""
     try:
         return np.asarray(robot.in_collision(q, world))

@@ -15,7 +15,7 @@ from ulna.description.pose import rpy_from_matrix
 from ulna.description.shapes import KINDS, HalfSpace
 from ulna.planning.trajectory import Trajectory
 from ulna.robot import Robot
-from ulna.viewer.session.way import ASIDE, TILT, Leg, Manner, rates_of
+from ulna.viewer.session.waypoints import ASIDE, TILT, Leg, MotionSettings, rates_of
 
 PERIOD = 0.01  # [s] between two rows of a file
 _SCENE = "scene.json"
@@ -38,7 +38,7 @@ def name_of(robot: Robot) -> str:
     return Path(description.source).stem if description.folder is None else str(Path(description.folder, description.source))
 
 
-def as_program(robot: Robot, changes: Iterable[str], world: World, legs: Sequence[Leg], manner: Manner) -> str:
+def as_program(robot: Robot, changes: Iterable[str], world: World, legs: Sequence[Leg], settings: MotionSettings) -> str:
     """A Python program that makes a motion of legs and writes it to a file.
 
     changes: lines that change the robot as the page did.
@@ -47,17 +47,17 @@ def as_program(robot: Robot, changes: Iterable[str], world: World, legs: Sequenc
     rates = f"acceleration={_rates(acceleration)}"
     if not np.array_equal(velocity, robot.velocity_limits):
         rates = f"velocity={_rates(velocity)}, {rates}"
-    if manner.jerk is not None:
-        rates += f", jerk={manner.jerk!r}"
+    if settings.jerk is not None:
+        rates += f", jerk={settings.jerk!r}"
     lines = ["import ulna", "", _robot_line(robot), *changes, *_world_lines(world)]
     for k, leg in enumerate(legs):
         goal = _numbers(leg.goal) if leg.goal.ndim == 1 else _pose(leg.goal)
-        options = [f"link={manner.link!r}"] if leg.goal.ndim == 2 else []
-        keeps = [f"ulna.Keep.upright({TILT!r}, link={manner.link!r})"] if manner.upright else []
+        options = [f"link={settings.link!r}"] if leg.goal.ndim == 2 else []
+        keeps = [f"ulna.Keep.upright({TILT!r}, link={settings.link!r})"] if settings.upright else []
         if leg.line is not None:
             ends = ", ".join(map(_numbers, leg.line))
-            keeps.append(f"ulna.Keep.on_line({ends}, within={ASIDE!r}, link={manner.link!r})")
-        options += [f"held={list(manner.held)!r}"] if manner.held else []
+            keeps.append(f"ulna.Keep.on_line({ends}, within={ASIDE!r}, link={settings.link!r})")
+        options += [f"held={list(settings.held)!r}"] if settings.held else []
         options += [f"keep=[{', '.join(keeps)}]"] if keeps else []
         start = _numbers(leg.start) if k == 0 else "motion.q[-1]"
         lines.append(f"plan = robot.plan({', '.join([start, goal, 'world', *options])})")
@@ -67,7 +67,7 @@ def as_program(robot: Robot, changes: Iterable[str], world: World, legs: Sequenc
     return "\n".join(lines) + "\n"
 
 
-def as_commands(robot: Robot, world: World, legs: Sequence[Leg], manner: Manner) -> str:
+def as_commands(robot: Robot, world: World, legs: Sequence[Leg], settings: MotionSettings) -> str:
     """Shell commands that make a motion: one for each leg, which writes its own file."""
     around = ["--scene", _SCENE] if world.names else []
     acceleration = rates_of(robot)[1]
@@ -77,13 +77,13 @@ def as_commands(robot: Robot, world: World, legs: Sequence[Leg], manner: Manner)
         if leg.goal.ndim == 1:
             words += ["--to", _csv(leg.goal)]
         else:
-            words += ["--xyz", _csv(leg.goal[:3, 3]), "--rpy", _csv(rpy_from_matrix(leg.goal)), "--link", manner.link]
-        words += [word for joint in manner.held for word in ("--held", joint)]
-        words += ["--keep", f"{manner.link}:upright={TILT!r}rad"] if manner.upright else []
+            words += ["--xyz", _csv(leg.goal[:3, 3]), "--rpy", _csv(rpy_from_matrix(leg.goal)), "--link", settings.link]
+        words += [word for joint in settings.held for word in ("--held", joint)]
+        words += ["--keep", f"{settings.link}:upright={TILT!r}rad"] if settings.upright else []
         if leg.line is not None:
-            words += ["--keep", f"{manner.link}:line={_csv(leg.line.ravel())},{ASIDE!r}m"]
+            words += ["--keep", f"{settings.link}:line={_csv(leg.line.ravel())},{ASIDE!r}m"]
         words += [*around, "--acceleration", repr(float(acceleration.min()))]
-        words += [] if manner.jerk is None else ["--jerk", repr(manner.jerk)]
+        words += [] if settings.jerk is None else ["--jerk", repr(settings.jerk)]
         lines.append(shlex.join([*words, "--csv", "motion.csv" if len(legs) == 1 else f"motion{k}.csv"]))
     return "\n".join(lines) + "\n"
 
