@@ -30,7 +30,7 @@ with ulna.view(panda) as view:
         start = view.session.hand_pose
         view.session.pull(start @ ulna.pose((0, 0, -0.05)))
         wait_for(lambda: "waiting for the motion" in view.hand.status.content, "the hand that waits")
-        view.session.let_go()
+        view.session.release()
         assert not view.ready
     wait_for(lambda: view.session.target is None, "the hand that has followed", looks=None)
     assert np.allclose(view.session.hand_pose, start @ ulna.pose((0, 0, -0.05)), atol=2e-5)

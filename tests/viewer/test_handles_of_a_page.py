@@ -30,17 +30,17 @@ def test_a_release_in_the_middle_of_a_frame_is_not_lost(server, panda):
     panel.show()
     handles = panel.handles
     send_event(handles, "start")
-    take = handles.take
+    pop_moved = handles.pop_moved
 
-    def take_then_end_the_drag():
-        moved = take()
+    def pop_then_end_the_drag():
+        moved = pop_moved()
         if handles.dragged:
             handles.control.position = np.add(handles.control.position, (0, 0, -0.02))
             send_event(handles, "update")
             send_event(handles, "end")
         return moved
 
-    handles.take = take_then_end_the_drag
+    handles.pop_moved = pop_then_end_the_drag
     for _ in range(20):
         panel.apply_input()
         session.frame()

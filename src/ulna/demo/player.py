@@ -41,7 +41,7 @@ class Player:
         time: The time of the trajectory [s].
         avoiding: Whether the arm follows plans around the box, between the corners of its trajectory.
         around: Plans them.
-        answer_time: The time from the last drag to the end of drawing its result [s].
+        response_time: The time from the last drag to the end of drawing its result [s].
         lock: Held while drawing; hold it to make several changes at once.
     """
 

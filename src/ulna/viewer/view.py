@@ -51,7 +51,7 @@ class View:
     Attributes:
         url: The address of the page.
         world: The obstacles. The program may change them at any time, and the page shows the change.
-        answer_time: The time from the last event to the end of its frame [s].
+        response_time: The time from the last event to the end of its frame [s].
     """
 
     def __init__(
