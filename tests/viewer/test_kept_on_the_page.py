@@ -68,7 +68,7 @@ def test_a_move_of_the_arm_is_one_step_to_undo_and_what_the_program_does_is_none
     wait_to_see(page, lambda: view.q[0] == 0.5, "a turned arm")
     type_in(page, "joint2", "-0.5")
     wait_to_see(page, lambda: view.q[1] == -0.5, "a bent arm")
-    wait_to_see(page, lambda: view.obstacles.history.can_undo and view._moved_at is None, "a step to undo")
+    wait_to_see(page, lambda: view.obstacles.history.can_undo and view._last_event_time is None, "a step to undo")
     view.q = panda.home + 0.1
     page.wait_for_timeout(800)
     page.get_by_role("button", name="Undo").click()

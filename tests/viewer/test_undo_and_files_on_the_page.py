@@ -31,7 +31,7 @@ def test_a_drag_is_one_step_and_keys_and_buttons_undo_and_redo(view, page):
     T, size = world.pose("new box 1"), view.obstacles.handles.control.scale
     drag(page, view.obstacles.handles, arrow(camera, T, 1, size), (-60, 20), "green")
     page.mouse.up()
-    wait_to_see(page, lambda: not view.obstacles.handles.dragged and not view.obstacles._grabbed, "the end of the drag")
+    wait_to_see(page, lambda: not view.obstacles.handles.dragged and not view.obstacles._scene_before_drag, "the end of the drag")
     moved = world.pose("new box 1")
     assert not np.allclose(moved, T, atol=0.02)
     press(page, "Control+z")

@@ -262,7 +262,7 @@ def test_steering_that_is_interrupted_goes_on_from_the_last_command(panda):
     session = Session(panda, ulna.World(), panda.home)
     first = Steering(session)
     first.turn(on=True)
-    first._until[1, 0] = np.inf
+    first._release_times[1, 0] = np.inf
     for _ in range(10):
         first.frame(0.01)
     servo, q = first._servo, session.q
@@ -270,8 +270,8 @@ def test_steering_that_is_interrupted_goes_on_from_the_last_command(panda):
     def make():
         steering = copy.copy(first)
         steering._session = Session(panda, session.world, q)
-        steering._servo, steering._seen = copy.copy(servo), None
-        steering._seen = steering._now()
+        steering._servo, steering._servo_state = copy.copy(servo), None
+        steering._servo_state = steering._state()
         return steering
 
     def judge(steering):
