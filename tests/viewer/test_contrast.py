@@ -4,7 +4,7 @@ import pytest
 
 from contrast import SIZES, Seen, faint, resize, seen_on
 from processes import wait_for
-from ulna.viewer.html import marked
+from ulna.viewer.html import status_line
 from ulna.viewer.palette import GREEN, RED, STOPPED, UNKNOWN
 
 OPEN_ALL = """() => [...document.querySelectorAll('[role=button][aria-expanded=false]')]
@@ -78,7 +78,10 @@ def test_everything_on_the_page_can_be_told_from_its_ground(view, open_page, sch
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_marks_of_all_colors_can_be_told_from_their_ground(view, open_page, scheme):
     """A light page has the marks darker than the scene has their colors."""
-    page, marks = open_page(view.url, scheme=scheme), "".join(marked("mark", color) for color in (GREEN, RED, STOPPED, UNKNOWN))
+    page, marks = (
+        open_page(view.url, scheme=scheme),
+        "".join(status_line("mark", color) for color in (GREEN, RED, STOPPED, UNKNOWN)),
+    )
     page.evaluate(
         "(marks) => document.querySelector('[role=status]').parentElement.insertAdjacentHTML('beforeend', marks)", marks
     )

@@ -144,7 +144,7 @@ class Arm:
         self._show_links()
 
     def _show_links(self) -> None:
-        """Show each link in red or in its own colors. A link in contact is shown even if the visuals are off."""
+        """Show each link in red or in its own colors. Links in contact are shown even without visuals."""
         for link, node in self.looks.items():
             node.visible = self._looks_shown and link not in self.hidden and link not in self._red
         for link, node in self._tints.items():

@@ -1,4 +1,4 @@
-"""Sets the floor and the camera of a page to the size of its robot; adds the floor as an obstacle."""
+"""Places the light, the floor and the camera of a page, and adds the floor as an obstacle."""
 
 import io
 from collections.abc import Callable
@@ -19,12 +19,12 @@ from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS, SKY, TO_SUN
 from ulna.viewer.visuals import triangles
 
 _SUN, _SKY = 3.4, 1.5  # intensities
-_SPOT, _SHADED = 6.0, 3.0  # radii of the robot: the distance of the light that casts shadows, and the radius that it lights
-_SPOT_SHARE = 0.65  # of the sun's light that casts shadows
-_NEARBY = 4.0  # radii of the robot: obstacles farther away neither lower the floor nor move the camera
-_MAX_VIEW = 2.5  # radii of the robot: the largest scene that the camera steps back for
+_SPOT, _SHADED = 6.0, 3.0  # [radii of the robot] the distance of the spotlight that casts shadows, and its lit radius
+_SPOT_SHARE = 0.65  # the share of the sun's light that casts shadows
+_NEARBY = 4.0  # [radii of the robot] obstacles farther away neither lower the floor nor move the camera
+_MAX_VIEW = 2.5  # [radii of the robot] the largest scene for which the camera moves back
 _SHADOW = 0.4  # opacity of the shadows on the floor
-_STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # sides of the floor's cells [m]
+_STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # [m] possible sides of the floor's cells
 _FROM = np.array([0.77, -0.72, 0.36])  # the direction from the robot to the camera
 _SIDES = {  # x is forward, y left
     "corner": _FROM,
@@ -34,22 +34,22 @@ _SIDES = {  # x is forward, y left
     "right": (0.0, -1.0, 0.0),
     "top": (1e-3, 0.0, 1.0),
 }
-_PICTURE_S = 60.0  # the longest that a browser takes for a picture
+_PICTURE_S = 60.0  # the maximum time that a browser takes for a picture
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
-_MARGIN = 1.0  # factor on the distance of the camera: the corners of an AABB are mostly empty
-_ASPECT = 1.1  # width by height of the narrowest scene in which the robot fits at this distance
+_MARGIN = 1.0  # factor on the distance of the camera; 1, since the corners of an AABB are mostly empty
+_ASPECT = 1.1  # width by height of the narrowest window in which the scene fits at this distance
 
 
 def add_light(scene: viser.SceneApi, center: ArrayLike, radius: float) -> None:
-    """The light of the sky, and of a sun that stands where the recorder has it. viser's tone mapping cannot be changed.
+    """Add the light of the sky, and of a sun in the same direction as in a film.
 
-    Two things of viser are slow on a computer without a GPU, and are not used. Reflections of an environment take fifteen seconds
-    before the first picture. A directional light draws its shadows from three cameras, and takes three times as long a picture as
-    one spotlight. So a part of the sun is a directional light without shadows, which is everywhere. The other part is a spotlight
-    with shadows around the robot, which ``head.html`` sharpens.
+    Two features of viser are slow on a computer without a GPU, and are not used. Reflections of an environment take fifteen
+    seconds before the first picture. A directional light draws its shadows from three cameras, and a picture takes three times as
+    long as with one spotlight. So a part of the sun is a directional light without shadows, which is everywhere. The other part
+    is a spotlight with shadows around the robot, which ``head.html`` sharpens. viser's tone mapping cannot be changed.
 
     Args:
-        scene: Where it is added.
+        scene: The scene to which the light is added.
         center: The middle of the robot [m], shape (3,).
         radius: Half the diagonal of the robot [m].
     """
@@ -61,7 +61,7 @@ def add_light(scene: viser.SceneApi, center: ArrayLike, radius: float) -> None:
     scene.add_light_spot(
         "/light/shadows",
         intensity=_SPOT_SHARE * _SUN,
-        decay=0.0,  # as bright at any distance, as the sun is
+        decay=0.0,  # equally bright at any distance, like the sun
         angle=float(np.arctan(_SHADED / _SPOT)),
         penumbra=1.0,
         cast_shadow=True,
@@ -71,7 +71,10 @@ def add_light(scene: viser.SceneApi, center: ArrayLike, radius: float) -> None:
 
 
 def add_floor(page: Page, height: float, cell: float, fade: float) -> viser.GridHandle:
-    """The floor's lines at a height [m], with cells of a side [m]; they fade out at a distance from the camera [m]."""
+    """Add the lines of the floor. All arguments are in meters.
+
+    height: of the floor. cell: the side of its cells. fade: the distance from the camera at which the lines fade out.
+    """
     floor = page.floor = page.server.scene.add_grid(
         "/floor",
         infinite_grid=True,
@@ -126,30 +129,30 @@ def distance_to(scene: Extent, direction: ArrayLike) -> float:
 
 
 def scene_extent(world: World, extent: Extent) -> Extent:
-    """The AABB of a robot and the obstacles near it; the robot's if theirs is much larger."""
+    """The AABB of a robot and the obstacles near it; that of the robot alone if theirs is much larger."""
     points = np.concatenate([np.stack([extent.low, extent.high]), *_points_nearby(world, extent)])
     scene = Extent(points.min(axis=0), points.max(axis=0))
     return scene if scene.radius <= _MAX_VIEW * extent.radius else extent
 
 
 class SightPanel:
-    """Buttons for the sides from which a tab sees the scene, and a button for dark colors.
+    """Buttons that set the direction of view, switch to dark colors, and save a picture.
 
     Args:
         page: The page.
-        scene: Returns the AABB of what a button brings into sight.
+        scene: Returns the AABB that the camera has to see.
     """
 
     def __init__(self, page: Page, scene: Callable[[], Extent]) -> None:
         self._scene, server = scene, page.server
         self.sides = server.gui.add_button_group("See from", tuple(_SIDES))
         page.add_dark_button()
-        self.picture = server.gui.add_button("Save picture", hint="What this browser sees of the scene, as a .png file")
+        self.picture = server.gui.add_button("Save picture", hint="Download the scene, as this browser shows it, as a .png file")
         self.sides.on_click(self._turn)
         self.picture.on_click(self._save)
 
     def _save(self, event: viser.GuiEvent) -> None:
-        """Send a browser what it sees, before a light sky: its canvas is transparent."""
+        """Send a browser the picture of its canvas, which is transparent, on a light sky."""
         if (client := event.client) is None:
             return
         height, width = client.camera.image_height, client.camera.image_width
@@ -173,7 +176,10 @@ class SightPanel:
 
 
 def stand_back_where_narrow(server: viser.ViserServer, aspect: float) -> None:
-    """Move the camera of each new tab back if its scene is narrower than ``aspect`` (width by height), so that the robot fits."""
+    """Move the camera of each new browser back if its window is narrower than ``aspect``, so that the scene fits.
+
+    aspect: width by height.
+    """
 
     def stand_back(client: viser.ClientHandle) -> None:
         factor = aspect / max(client.camera.aspect, 0.1)
@@ -187,21 +193,23 @@ def stand_back_where_narrow(server: viser.ViserServer, aspect: float) -> None:
 
 
 NAME = "floor"
-_BELOW = 1e-3  # [m] below the lowest point of the fixed links, so that they do not touch it
+_BELOW = 1e-3  # [m] the distance of the floor below the lowest point of the fixed links, which must not touch it
 
 
 class Floor:
-    """A checkbox. ``changing`` is the context in which the floor is added or removed."""
+    """A checkbox that adds the floor as an obstacle. ``changing``: the context of that change."""
 
     def __init__(
         self, gui: viser.GuiApi, world: World, height: float, changing: Callable[[], AbstractContextManager[None]]
     ) -> None:
         self._world, self._height, self._changing = world, height, changing
-        self.on = gui.add_checkbox("Floor", initial_value=NAME in world.names, hint=f"An obstacle: all below z = {height:.3f} m")
+        self.on = gui.add_checkbox(
+            "Floor", initial_value=NAME in world.names, hint=f"An obstacle: everything below z = {height:.3f} m"
+        )
         self.on.on_update(self._set)
 
     def show(self) -> None:
-        """Set the checkbox: the floor may have been deleted like any obstacle."""
+        """Set the checkbox, since the floor may have been deleted like any obstacle."""
         self.on.value = NAME in self._world.names
 
     async def _set(self, event: viser.GuiEvent) -> None:
@@ -215,7 +223,7 @@ class Floor:
 
 
 def height_under(world: World, extent: Extent) -> float:
-    """The height of a floor under the obstacles near a robot [m]: what stands on it is not cut by it."""
+    """The height of a floor under the obstacles near a robot [m], so that it cuts none of them."""
     lowest = min([0.0, *(float(points[:, 2].min()) for points in _points_nearby(world, extent))])
     return lowest - max(1e-3, 4e-3 * extent.radius)
 
@@ -228,7 +236,10 @@ def _points_nearby(world: World, extent: Extent) -> list[NDArray[np.float64]]:
 
 
 def floor_height(robot: Robot, drawn: float) -> float:
-    """The height of a floor [m] that the fixed links do not touch: at most ``drawn``, the height of the drawn one [m]."""
+    """The height of a floor that the fixed links do not touch, at most ``drawn`` [m].
+
+    drawn: the height of the drawn floor.
+    """
     places = dict(zip(robot.link_names, robot.link_poses(robot.home), strict=True))
     lowest = [drawn]
     for link in robot.description.links:

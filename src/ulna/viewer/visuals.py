@@ -102,13 +102,13 @@ def glb_of(scene: trimesh.Scene) -> bytes:
 
 
 def tinted(scene: trimesh.Scene, color: Color, share: float) -> trimesh.Scene:
-    """A copy of a scene in which each mesh has one color: its own, mixed with a share of another color."""
+    """A copy of a scene with one color per mesh: its own color, mixed with a share of another one."""
     meshes = [mesh.copy() for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh)]
     for mesh in meshes:
         visual: Any = mesh.visual
         own = visual.material.main_color if hasattr(visual, "material") else visual.main_color
         mixed = (1.0 - share) * np.asarray(own[:3], dtype=np.float64) + share * np.asarray(color)
-        painted(mesh, (*mixed.round().astype(int).tolist(), 255))
+        paint_mesh(mesh, (*mixed.round().astype(int).tolist(), 255))
     return trimesh.Scene(meshes)
 
 

@@ -143,9 +143,9 @@ _THICKNESS = 0.004  # [m] of the slab that is drawn for a half-space
 def record_moving(
     form: Form, robot: Robot, path: Array, world: World, *, boxes: bool = True, tell: Tell = report_nothing
 ) -> tuple[str, ...]:
-    """Record a robot along a path of q, shape (n, n_dof), evenly spaced in time. Links and obstacles in contact are red.
+    """Record a robot along a path of q, shape (n, n_dof), evenly spaced in time.
 
-    The other arguments and the result are those of ``record_robot``.
+    Links and obstacles in contact are red. The other arguments and the result are those of ``record_robot``.
 
     Raises:
         FileError: The file cannot be written.
