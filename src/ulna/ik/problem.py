@@ -3,7 +3,6 @@
 ``Options`` are the caller's choices. ``Task`` is one of them: the components of a pose to reach.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,11 +13,11 @@ from ulna.collision.checker import Checker
 from ulna.description.arrays import as_floats
 from ulna.description.pose import as_pose
 from ulna.engine.records import Records, replaced
-from ulna.errors import InputError, UnknownNameError
+from ulna.errors import InputError
 from ulna.ik.options import Options
 from ulna.kernels.ik.search_records import SearchSettings
 from ulna.kernels.layout import COLUMN, KIND, LARGEST, PRISMATIC, RATIO
-from ulna.kinematics.positions import as_positions, refuse_out_of_range, rows_of
+from ulna.kinematics.positions import as_positions, columns_of_joints, refuse_out_of_range, rows_of
 from ulna.kinematics.reach import Reach, reach_of
 from ulna.kinematics.sample import usual_range
 from ulna.kinematics.size import length_of, units_of
@@ -244,24 +243,6 @@ def of_task(query: Query, targets: Array) -> Array:
     if query.task_axes is None:
         return targets
     return targets @ query.T_link_task
-
-
-def as_names(names: Iterable[str], argument: str = "held", kind: str = "joints") -> tuple[str, ...]:
-    """The names in an argument, one or several: by default joints to hold."""
-    try:
-        return (names,) if isinstance(names, str) else tuple(names)
-    except TypeError:
-        raise InputError(argument, f"{names!r}; names of {kind} are expected") from None
-
-
-def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
-    """Mask of the entries of q that belong to these joints, shape (n_dof,)."""
-    columns = np.zeros(tree.n_dof, dtype=bool)
-    for name in names:
-        if name not in tree.joint_names:
-            raise UnknownNameError("joint", str(name), tree.joint_names)
-        columns[tree.joint_slices[tree.joint_names.index(name)]] = True
-    return columns
 
 
 def _seeds(tree: Tree, q_seed: ArrayLike) -> Array:

@@ -1,6 +1,6 @@
-"""Validates q and ``out=``, reshapes them for the kernels, and builds q from named joints."""
+"""Validates q, ``out=`` and names of joints, reshapes q for the kernels, and builds q from named joints."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import prod
 from typing import Any
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
-from ulna.errors import InputError, count_of
+from ulna.errors import InputError, UnknownNameError, count_of
 from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import Tree
 
@@ -114,6 +114,24 @@ def q_of_joints(names: Sequence[str], positions: ArrayLike, others: ArrayLike | 
             raise InputError("names", f"{name!r} has several positions; others=q says where it is")
         q[slices[name]] = given[name]
     return q
+
+
+def as_names(names: Iterable[str], argument: str = "held", kind: str = "joints") -> tuple[str, ...]:
+    """The names in an argument, one or several: by default joints to hold."""
+    try:
+        return (names,) if isinstance(names, str) else tuple(names)
+    except TypeError:
+        raise InputError(argument, f"{names!r}; names of {kind} are expected") from None
+
+
+def columns_of_joints(tree: Tree, names: Iterable[str]) -> NDArray[np.bool_]:
+    """Mask of the entries of q that belong to these joints, shape (n_dof,)."""
+    columns = np.zeros(tree.n_dof, dtype=bool)
+    for name in names:
+        if name not in tree.joint_names:
+            raise UnknownNameError("joint", str(name), tree.joint_names)
+        columns[tree.joint_slices[tree.joint_names.index(name)]] = True
+    return columns
 
 
 def as_out(out: NDArray[Any] | None, shape: tuple[int, ...], *inputs: NDArray[Any], dtype: type = np.float64) -> NDArray[Any]:

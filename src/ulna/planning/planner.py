@@ -18,12 +18,11 @@ from ulna.description.semantic import GroupState
 from ulna.dynamics.dynamics import Dynamics
 from ulna.errors import InputError, UnknownNameError
 from ulna.ik.inverse_kinematics import InverseKinematics
-from ulna.ik.problem import as_names, columns_of_joints
 from ulna.ik.reason import Reason
 from ulna.ik.task import Task, as_task
 from ulna.ik.time_limit import TimeLimit, as_time_limit
 from ulna.kinematics.groups import JointGroup
-from ulna.kinematics.positions import as_positions, is_within, refuse_out_of_range
+from ulna.kinematics.positions import as_names, as_positions, columns_of_joints, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree
 from ulna.planning.constrained_goals import find_goals, relative_goal_poses
 from ulna.planning.constraint_table import as_keeps, make_constraint_table, satisfy_constraints, shrink_tolerances, violations

@@ -44,7 +44,6 @@ from ulna.ik.differential import differential_ik
 from ulna.ik.followed_path import FollowedPath
 from ulna.ik.inverse_kinematics import InverseKinematics
 from ulna.ik.options import N_SAMPLES, TOLERANCE, Options, Request
-from ulna.ik.problem import as_names
 from ulna.ik.result import IKResult
 from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task
@@ -53,7 +52,7 @@ from ulna.kinematics.frames import Frame, frame_pose, goal_in_base, poses_in_bas
 from ulna.kinematics.groups import JointGroup, configuration, group_named, joint_groups, state_named
 from ulna.kinematics.jacobian import CompiledJacobian, JacobianByLink, analytical_jacobian, manipulability
 from ulna.kinematics.narrowed import narrowed_description, narrowed_tree
-from ulna.kinematics.positions import q_of_joints
+from ulna.kinematics.positions import as_names, q_of_joints
 from ulna.kinematics.sample import uniform_positions
 from ulna.kinematics.tree import Narrowed, Tree, build_tree, entry_names
 from ulna.notebook.recording import Recording, drawer

@@ -16,7 +16,7 @@ from ulna.description.pose import as_one_pose
 from ulna.dynamics.dynamics import Dynamics
 from ulna.engine.records import Records, copied
 from ulna.errors import InputError, UnknownNameError
-from ulna.ik.problem import as_names, columns_of_joints, refuse_immovable
+from ulna.ik.problem import refuse_immovable
 from ulna.kernels.layout import OBJECT
 from ulna.kernels.servo.servo_records import (
     BRAKING,
@@ -43,7 +43,7 @@ from ulna.kernels.servo.servo_records import (
 from ulna.kinematics.frames import Frame, frame_pose, twist_in_base
 from ulna.kinematics.groups import JointGroup, tip_of
 from ulna.kinematics.jacobian import as_frame
-from ulna.kinematics.positions import as_configuration, is_within, refuse_out_of_range
+from ulna.kinematics.positions import as_configuration, as_names, columns_of_joints, is_within, refuse_out_of_range
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.planning.hand import HandLimits
 from ulna.planning.motion_limits import LARGEST, as_limits, described_limits

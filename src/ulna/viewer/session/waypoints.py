@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ulna.collision.world import World
 from ulna.description.pose import pose
 from ulna.description.structure import joints_below
-from ulna.ik.problem import columns_of_joints
+from ulna.kinematics.positions import columns_of_joints
 from ulna.planning.keep import Keep
 from ulna.planning.plan import Plan
 from ulna.planning.trajectory import Trajectory
