@@ -1,4 +1,4 @@
-"""Sorts the bodies of a scene by the joint that carries them, for edges."""
+"""Groups the bodies of a scene by the joint that carries them, for edge checks."""
 
 import numpy as np
 
@@ -30,7 +30,10 @@ from ulna.kernels.layout import BASE, JOINT, PARENT, REACH
 
 @workspace
 def carried_by(scene):
-    """The bodies of a scene by ball, with room for an edge: one per thread is enough for any number of edges."""
+    """Group the bodies of a scene into one ball per joint, with room for an edge.
+
+    Each thread needs one of these, for any number of edges.
+    """
     n_joints = scene.joints.shape[0]
     balls, order, first = balls_of(scene.bodies, n_joints)
     groups, runs, others = groups_of(scene.joints, scene.bodies, scene.pairs, balls)
@@ -45,7 +48,7 @@ def carried_by(scene):
 
 @workspace
 def steps_of(joints):
-    """Room for the joints along an edge, with what is so for all edges."""
+    """Room for the joints along an edge, with the values that are the same for all edges."""
     steps = np.empty((joints.shape[0], STEP_WIDTH))
     for i in range(joints.shape[0]):
         steps[i, STEP_LENGTH] = offset_length(joints, i)
@@ -54,7 +57,7 @@ def steps_of(joints):
 
 @workspace
 def balls_of(bodies, n_joints):
-    """A ball for each joint that carries bodies, the bodies in their order, and where those of each ball begin."""
+    """A ball for each joint with bodies, the bodies in the order of their balls, and each ball's first body."""
     counts = np.zeros(n_joints + 2, np.int64)
     for k in range(bodies.shape[0]):
         counts[int(bodies[k, JOINT]) + 2] += 1
@@ -77,7 +80,7 @@ def balls_of(bodies, n_joints):
 
 @routine
 def write_ball(bodies, order, joint, first, g, balls):
-    """Write a ball that holds the bodies of a joint: about the middle of the AABB of their own balls."""
+    """Write a ball that holds the bodies of a joint, centered in the AABB of their bounding balls."""
     balls[g, BALL_JOINT] = joint
     for axis in range(3):
         low, high = np.inf, -np.inf
@@ -97,7 +100,7 @@ def write_ball(bodies, order, joint, first, g, balls):
 
 @workspace
 def groups_of(joints, bodies, pairs, balls):
-    """The pairs by the two balls that they belong to, the larger one first, and by their body in it (``scene.Carried``)."""
+    """The pairs grouped by their two balls, the larger ball first, and by their body in it (``scene.Carried``)."""
     n_balls, n = balls.shape[0], pairs.shape[0]
     number = np.zeros(joints.shape[0] + 1, np.int64)
     for g in range(n_balls):
@@ -131,7 +134,7 @@ def groups_of(joints, bodies, pairs, balls):
 
 @workspace
 def counted_order(keys, n_keys, order):
-    """An order of things, by their keys below n_keys; those of one key stay as they are in it."""
+    """An order sorted by keys below n_keys. Entries with equal keys keep their order (counting sort)."""
     starts, result = np.zeros(n_keys + 1, np.int64), np.empty_like(order)
     for p in range(keys.shape[0]):
         starts[keys[p] + 1] += 1
@@ -145,7 +148,10 @@ def counted_order(keys, n_keys, order):
 
 @routine
 def shared_joint(joints, i, j):
-    """The last joint that carries both of two joints, or is one of them; BASE if none does. Parents come before children."""
+    """The last joint that carries both joints, or is one of them; BASE if none does.
+
+    Parents come before children.
+    """
     while i != j:
         if i > j:
             i = int(joints[i, PARENT])

@@ -1,4 +1,4 @@
-"""Computes the contacts of chosen pairs, and those of all pairs that are near each other."""
+"""Computes the contacts of given pairs, and the contacts of all pairs that are near each other."""
 
 import numpy as np
 
@@ -18,11 +18,13 @@ _FOUND = Group((INDICES, INDEX_ROWS, MATRIX, MATRIX), NearPairs)
 
 @entry(*((scene, MATRIX, INDICES, INDEX_ROWS, MATRIX, MATRIX) for scene in (BOXES, SHAPES)))
 def contacts_each(scene, q, rows, candidates, out, gradients):
-    """Write the contact of candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH). False if q is out of range.
+    """Write the contact of candidate pair c at q[rows[c]] to row c of out, shape (m, CONTACT_WIDTH).
 
-    And to row c of gradients, unless that has no rows, how its distance changes with q: with the normal n from a to b by
-    n . (v_b - v_a), where v are the velocities of the witness points as points of their bodies; to first order the witness points
-    themselves move along the surfaces only, across n. A candidate of -1 is no pair: its gradient is zero.
+    If gradients has rows, write the derivative of its distance with respect to q to row c: n . (v_b - v_a), with the normal n
+    from a to b. v_a and v_b are the velocities of the witness points as points of their bodies. To first order, the witness
+    points move along the surfaces only, across n.
+
+    A candidate of -1 is no pair: its gradient is zero. Returns False if an entry of q is out of range.
     """
     near, good, placed = near_of(scene, 0, 0), True, -1
     for c in range(candidates.shape[0]):
@@ -40,13 +42,13 @@ def contacts_each(scene, q, rows, candidates, out, gradients):
 
 @entry(*((scene, WHOLE, MATRIX, NUMBER, _FOUND) for scene in (BOXES, SHAPES)))
 def near_each(scene, n_objects, q, within, found):
-    """Write the pairs at most ``within`` [m] apart at each q, the nearest first, those of one q after those of the one before.
+    """Write the pairs at most ``within`` [m] apart at each q, grouped by q, the nearest first.
 
-    n_objects: all numbers of objects are below it. Of an object of many solids only the nearest to each body is written; with
-    n_objects 0, all of them.
+    n_objects: An upper bound on the object numbers. Of an object of many solids only the solid nearest to each body is written;
+    with n_objects 0, all of its solids.
 
-    found: the ``NearPairs`` to write to, with rows for as many as there is room for, but gradients without rows are left as they
-    are; ``ends`` is -1 where there was no room. False if an entry of q is out of range.
+    found: The ``NearPairs`` to write to. Its number of rows is the room. Gradients without rows are not computed. ``ends`` is -1
+    where there was no room. Returns False if an entry of q is out of range.
     """
     room = found.pairs.shape[0]
     near, order = near_of(scene, room, n_objects), np.empty(room, np.int64)
@@ -58,7 +60,7 @@ def near_each(scene, n_objects, q, within, found):
             continue
         place_bodies(scene.joints, scene.bodies, q[i], near.joint_rows, near.body_rows)
         for k in range(scene.bodies.shape[0]):
-            near.planes.counts[k] = 0  # a row of a batch depends on no other one
+            near.planes.counts[k] = 0  # rows of a batch are independent
         n = find_near_pairs(scene, 0.0, None, within, near, None)
         if count + n <= room:
             found.ends[i] = count + n
@@ -75,9 +77,9 @@ def near_each(scene, n_objects, q, within, found):
 
 @workspace
 def scratch_of_epa(scene):
-    """The arrays that EPA writes to: points, faces and edges, as many as polytopes of the scene's shapes can have.
+    """The arrays that EPA writes to: points, faces and edges, sized for the polytopes of the scene's shapes.
 
-    No larger, since the memory of large arrays goes back to the system after each call, which takes longer than the call.
+    They are no larger: the memory of large arrays returns to the system after each call, which takes longer than the call.
     """
     n = points_needed(row_count(scene.vertices), row_count(scene.points))
     return np.empty((n, POINT_WIDTH)), np.empty((FACES * n, FACE_WIDTH)), np.empty((EDGES * n, 2))
@@ -85,7 +87,7 @@ def scratch_of_epa(scene):
 
 @kernel
 def row_count(vertices):
-    """The number of vertices; 0 where there are none since all shapes are boxes."""
+    """The number of vertices; 0 if the vertices are None, since all shapes are boxes."""
     if vertices is None:
         return 0
     return vertices.shape[0]
@@ -93,7 +95,7 @@ def row_count(vertices):
 
 @workspace
 def near_of(scene, room, n_objects):
-    """Room for so many near pairs of a scene."""
+    """Room for this many near pairs of a scene."""
     return Near(
         np.empty(12 * scene.joints.shape[0]), np.empty(12 * scene.bodies.shape[0]),
         np.empty((room + 1, CONTACT_WIDTH)), np.empty((room, PAIR_WIDTH), np.int64), np.empty(n_objects, np.int64),

@@ -1,26 +1,28 @@
-"""Continuous collision checking: decides whether an edge is free, and how far it is.
+"""Continuous collision checking: decides whether an edge is free, and the fraction of it that is.
 
-An edge is q(t) = q_a + t (q_b - q_a), 0 <= t <= 1. Samples of it may all be free although it touches something between
-them, so intervals of t are certified instead. In an interval with middle c and half length h, no point p of a body moves farther
-from where it is at c than (Taylor)
+An edge is q(t) = q_a + t (q_b - q_a), 0 <= t <= 1. Samples of it may all be free although it touches something between them.
+Intervals of t are certified instead. Take an interval with middle c and half length h. Taylor's theorem bounds the distance that
+a point p of a body moves from its position at c:
 
     m(h) = h |p'(c)| + h^2 / 2 max |p''|.
 
 p'(c) is exact, and the rates of the joints bound p'' (``kernels.collision.ball_motion``). Let d be the distance of two bodies at
 c. If d > m_a(h) + m_b(h), they touch nowhere in the interval: one distance decides on all of its configurations. If d <= 0, they
-touch. Otherwise the interval is split. m is about proportional to h, so each half needs about half the distance: far from
-everything the whole edge is one interval, and at a distance d they are some d / |p'| long. Eight are decided at once
-(``kernels.collision.interval``):
+touch. Otherwise the interval is split. m is about proportional to h, so each half needs about half the distance. Far from
+everything, one interval covers the whole edge; at a distance d, intervals are about d / |p'| long. Eight intervals are decided at
+once (``kernels.collision.interval``):
 
-1. Eight intervals cover the edge. If something touches at the middle of any, it is not free.
-2. An interval that is not clear throughout is split: one into eight, two into four each, up to four into two each, so that the
-   lanes are filled. The oldest go first: what touches in the middle of an edge is found before its ends are looked at closely.
-   Once ``BREADTH`` intervals were split, the newest go first: then little room is needed, however near the edge passes.
-3. The edge is free when no interval is left. One so short that nothing moves by the resolution in it is not split further, and
-   the edge is not free: "free" is certain, "not free" means that it touches or passes nearer than about the resolution.
+1. Eight intervals cover the edge. If something touches at the middle of any, the edge is not free.
+2. An interval that is not clear throughout is split: one into eight, two into four each, up to four into two each, to fill the
+   lanes. The oldest intervals go first, so a contact in the middle of an edge is found before its ends are refined. Once
+   ``BREADTH`` intervals were split, the newest go first. This bounds the memory, however near the edge passes.
+3. The edge is free when no interval is left. If nothing moves by the resolution within an interval, it is not split further, and
+   the edge is not free. So "free" is certain; "not free" means that the edge touches something or passes within about the
+   resolution.
 
-Where it is not, ``free_until`` splits the first interval that is not clear, again and again: conservative advancement (Mirtich,
-Impulse-based dynamic simulation of rigid body systems, 1996).
+For an edge that is not free, ``free_until`` splits the first interval that is not clear, again and again.
+
+Source: conservative advancement, Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996.
 """
 
 import numpy as np
@@ -37,14 +39,15 @@ from ulna.kernels.collision.scene import BOXES, SHAPES, Edge, EdgeCheck, Interva
 from ulna.kernels.spatial.elementary import all_in_range
 
 BREADTH = 512  # intervals
-_DEPTH = 128  # halvings of an interval: more than there are numbers between 0 and 1
+_DEPTH = 128  # halvings of an interval: more than there are floats between 0 and 1
 
 
 @entry(*((scene, MATRIX, MATRIX, NUMBER, INDICES, NUMBERS) for scene in (BOXES, SHAPES)))
 def edges_each(scene, q_a, q_b, resolution, status, contact):
-    """Write to status, shape (n,), what the edge from each row of q_a to that of q_b is, and to contact how far it is free.
+    """Check the edge from each row of q_a to the same row of q_b.
 
-    EDGE_FREE and 1.0; or EDGE_CONTACT and the fraction of the edge that is free; or EDGE_OUT_OF_RANGE and 0.0.
+    status, shape (n,), and contact, shape (n,), become EDGE_FREE and 1.0; or EDGE_CONTACT and the free fraction of the edge; or
+    EDGE_OUT_OF_RANGE and 0.0.
     """
     check, no_spread = edge_check_of(scene, q_a.shape[1]), np.zeros(q_a.shape[1])
     for e in range(q_a.shape[0]):
@@ -67,7 +70,7 @@ def edge_check_of(scene, n_dof):
 
 @workspace
 def interval_work(n_dof):
-    """Configurations, middles and halves of eight intervals; those that wait; the stack of the BVH."""
+    """Room for eight configurations, eight intervals, the waiting intervals, and the stack of the BVH."""
     return (
         zero_rows(max(1, n_dof)),
         empty_rows(3),
@@ -78,12 +81,16 @@ def interval_work(n_dof):
 
 @kernel
 def edge_is_free(check, edge, resolution, margin, apart, breadth):
-    """Whether an edge is certainly free, and nothing of the world is nearer than a margin [m].
+    """Whether an edge is certainly free, and every object of the world is farther away than a margin [m].
 
-    ``apart`` widens the margin (``scene.Apart``, or None).
-
-    check: ``EdgeCheck``; edge: ``Edge``, which is in range. breadth: how many intervals are split the oldest first, at most
-    BREADTH; with 0 an edge that passes near something for long is given up after a few looks at one place.
+    Args:
+        check: An ``EdgeCheck``.
+        edge: An ``Edge`` whose ends are in range.
+        resolution: Length of the motion below which an interval is not split [m].
+        margin: Clearance from objects [m].
+        apart: Wider margins for some objects (``scene.Apart``), or None.
+        breadth: The number of intervals that are split the oldest first, at most BREADTH. With 0, an edge that passes near
+            something for long is given up after a few tests at one place.
     """
     joints, carried, (_, lane_rows, waiting, _) = check.scene.joints, check.carried, check.work
     write_motion(joints, edge.q_a, edge.q_b, edge.spread, carried)
@@ -105,11 +112,11 @@ def edge_is_free(check, edge, resolution, margin, apart, breadth):
 
 @kernel
 def free_until(check, edge, resolution):
-    """The fraction of an edge that is certainly free, after ``edge_is_free`` has found with the same check that not all is."""
+    """The fraction of an edge that is certainly free, after ``edge_is_free`` returned False for the same check."""
     _, lane_rows, waiting, _ = check.work
     fastest, at_most = fastest_ball(check.scene.joints, check.carried), 0.0
     for lane in range(WIDTH):
-        if lane_rows[2, lane] == 0.0:  # the contact is in one of these
+        if lane_rows[2, lane] == 0.0:  # one of these contains the contact
             at_most = max(at_most, lane_rows[0, lane])
     waiting[0, 0], waiting[0, 1], n = 0.5, 0.5, 1
     while n > 0:
@@ -130,7 +137,10 @@ def free_until(check, edge, resolution):
 
 @kernel
 def split_next(waiting, oldest, newest, lane_rows, breadth):
-    """``split`` the next intervals, the oldest first, from ``breadth`` on the newest: how many, and what waits now."""
+    """Split the next intervals, the oldest first, or the newest once ``breadth`` intervals wait.
+
+    Returns the number of split intervals, and the new range of waiting ones.
+    """
     n = min(newest - oldest, WIDTH // 2)
     if newest < breadth:
         split(waiting, oldest, n, lane_rows)
@@ -141,9 +151,9 @@ def split_next(waiting, oldest, newest, lane_rows, breadth):
 
 @routine
 def split(waiting, first, n, lane_rows):
-    """Write the middles and half lengths of eight intervals, the parts of n that wait, 1 to 4, from a first one on.
+    """Split n waiting intervals, 1 to 4, into eight: write their middles and half lengths.
 
-    The last of them are repeats where n does not divide eight.
+    ``first`` is the first of the n. The last parts are repeats where n does not divide eight.
     """
     share = WIDTH // n
     for lane in range(WIDTH):
@@ -162,10 +172,10 @@ def write_places(q_a, q_b, work):
 
 @shared_routine
 def outcome_at(check, edge, instant, margin, apart, stop):
-    """Whether something touches at the middles of eight intervals; which of them are clear is written to ``lane_rows``.
+    """Whether something touches at the middles of eight intervals. ``lane_rows`` gets 1 for each clear interval.
 
-    instant: what is added to their half lengths; 0 if these are 0, so that nothing moves. stop: whether a contact ends the
-    search; then a lane that is called clear need not be.
+    instant: A length to add to their half lengths; 0 if these are 0, so that nothing moves. stop: Whether a contact ends the
+    search. If it does, lanes marked clear need not be clear.
     """
     scene, carried, (q_rows, lane_rows, _, stack) = check.scene, check.carried, check.work
     half, still = load(lane_rows, 1) + instant, instant == 0.0
@@ -183,8 +193,8 @@ def outcome_at(check, edge, instant, margin, apart, stop):
 def edge_is_free_at_samples(check, edge, n_blocks, margin):
     """Whether the robot is free at 8 n_blocks evenly spaced configurations of an edge, the last of them its end.
 
-    Those in an interval that is certified need no look of their own. Intervals are looked at as in ``edge_is_free``, as long as
-    the last look settled more samples than it has lanes.
+    Certified intervals cover the samples inside. Intervals are tested as in ``edge_is_free``, as long as each test of eight
+    settles more samples than there are lanes.
     """
     _, lane_rows, waiting, _ = check.work
     write_motion(check.scene.joints, edge.q_a, edge.q_b, edge.spread, check.carried)
@@ -219,14 +229,17 @@ def edge_is_free_at_samples(check, edge, n_blocks, margin):
 
 @routine
 def samples_in(waiting, i, n_blocks):
-    """Which of 8 n_blocks samples, the first at a share of 1 / (8 n_blocks), are in an interval: the first, and the one after."""
+    """The samples inside a waiting interval: the first, and the one after the last.
+
+    The 8 n_blocks samples are at multiples of 1 / (8 n_blocks).
+    """
     middle, half, n = waiting[i, 0], waiting[i, 1], WIDTH * n_blocks
     return int((middle - half) * n) + 1, int((middle + half) * n) + 1
 
 
 @kernel
 def touches_at(check, edge, n, margin):
-    """Whether the robot is not free at the first n configurations of eight, n > 0."""
+    """Whether the robot is not free at any of the first n configurations of eight, n > 0."""
     lane_rows = check.work[1]
     for lane in range(WIDTH):
         lane_rows[0, lane], lane_rows[1, lane] = lane_rows[0, min(lane, n - 1)], 0.0

@@ -1,10 +1,10 @@
-"""Sorts points along a Morton curve, so that points near each other in the order are near each other in space.
+"""Sorts points along a Morton curve, so that neighbors in the order are neighbors in space.
 
-1. The cube that holds the points is cut into 2^b parts along each axis; the cell of a point is three numbers of b bits.
-2. Their bits, interleaved, are its code. Keys, codes with the points' numbers below them, are sorted by the code: least digits
-   first, one number of b bits at a time (radix sort).
-3. Points of one cell, where there are more than CROWD, are sorted again within their own cube. So a few points far away do not
-   put all the others into one cell.
+1. The cube that holds the points is cut into 2^b cells along each axis. The cell of a point is three numbers of b bits.
+2. Their interleaved bits are the point's code. A key is the code followed by the point's number. Keys are radix-sorted by their
+   codes, the least significant digit first.
+3. The points of a cell with more than CROWD points are sorted again within their own cube. A few distant points then do not push
+   all the others into one cell.
 
 Source: Morton, A computer oriented geodetic data base (IBM, 1966); Karras, Maximizing parallelism in the construction of BVHs
 (HPG 2012), for its use in a tree.
@@ -17,35 +17,35 @@ import numpy as np
 from ulna.engine.decorators import entry, kernel, routine, workspace
 from ulna.engine.signatures import INDICES, POINTS, POINTS_32
 
-FEW, SOME = 1 << 12, 1 << 19  # points; so many or fewer are sorted by coarser cells
+FEW, SOME = 1 << 12, 1 << 19  # points: up to these numbers, cells are coarser
 OF_FEW, OF_SOME, OF_MANY = (
     (6, 2),
     (8, 2),
     (10, 3),
-)  # bits of a cell along each axis, and by how many digits of them keys are sorted
+)  # bits of a cell along each axis, and the number of digits for the radix sort
 N_COUNTS, N_SPREAD = 3 << 12, 1 << 10
-NUMBER_BITS = 30  # of a point's number in a key: a tree has fewer than 2^30 points
+NUMBER_BITS = 30  # bits of a point's number in a key: a tree has fewer than 2^30 points
 NUMBER = (1 << NUMBER_BITS) - 1
 CROWD = 64
-_NO_EXTENT = 1e-290  # [m]: a cube as small is not cut
+_NO_EXTENT = 1e-290  # [m]: a cube no larger is not cut
 
 
 class Grid(NamedTuple):
     """The cells of a cube."""
 
     low: Any
-    """The least x, y, z of the points [m]."""
+    """The minimum x, y, z of the points [m]."""
     scale: float
     """One over the edge of a cell [1/m]."""
     bits: int
-    """Of the number of a cell along each axis."""
+    """Bits of the cell's number along each axis."""
     digit_bits: int
-    """Of a digit of the code."""
+    """Bits of a digit of the code."""
 
 
 @entry((POINTS, INDICES), (POINTS_32, INDICES))
 def morton_order(points, order):
-    """Write the order of points, shape (n, 3), to order, shape (n,)."""
+    """Write the Morton order of points, shape (n, 3), to order, shape (n,)."""
     keys = sorted_keys(points)
     for i in range(order.shape[0]):
         order[i] = keys[i] & NUMBER
@@ -53,7 +53,7 @@ def morton_order(points, order):
 
 @workspace
 def sorted_keys(points):
-    """The keys of points, shape (n, 3), in order, shape (n,): ``NUMBER`` of a key is the number of the point."""
+    """The sorted keys of points, shape (n, 3): shape (n,). ``key & NUMBER`` is the number of a point."""
     n = points.shape[0]
     keys, spare = np.empty(n, np.int64), np.empty(n, np.int64)
     counts, spread = np.empty(N_COUNTS, np.int64), np.empty(N_SPREAD, np.int64)
@@ -75,7 +75,7 @@ def sorted_keys(points):
 
 @routine
 def sort_part(points, keys, spare, counts, spread, first, end):
-    """Sort the points of the keys from ``first`` to before ``end``; False, and no change, where all are in one place."""
+    """Sort the keys from ``first`` to before ``end``; False, without a change, if all points coincide."""
     low, high = bounds_of_keys(points, keys, first, end)
     widest = max(high[0] - low[0], high[1] - low[1], high[2] - low[2])
     if not widest > _NO_EXTENT:
@@ -96,7 +96,7 @@ def sort_part(points, keys, spare, counts, spread, first, end):
 
 @routine
 def bounds_of_keys(points, keys, first, end):
-    """The least and greatest x, y, z of the points of some keys."""
+    """The minimum and maximum x, y, z of the points of some keys."""
     k = keys[first] & NUMBER
     x, y, z = np.float64(points[k, 0]), np.float64(points[k, 1]), np.float64(points[k, 2])
     low_x, low_y, low_z, high_x, high_y, high_z = x, y, z, x, y, z
@@ -110,9 +110,9 @@ def bounds_of_keys(points, keys, first, end):
 
 @routine
 def write_codes(points, source, keys, counts, spread, part, grid):
-    """Write the codes of some keys, and to counts how many have which value of each of up to three digits.
+    """Write the codes of some keys, and count the keys by the value of each digit, up to three digits.
 
-    part: the first of the keys, and the one after the last.
+    part: The first of the keys, and the one after the last.
     """
     (first, end), (low, scale, bits, digit_bits) = part, grid
     most, mask, size = (1 << bits) - 1, (1 << digit_bits) - 1, 1 << digit_bits
@@ -131,7 +131,7 @@ def write_codes(points, source, keys, counts, spread, part, grid):
 
 @kernel
 def spread_bits(x):
-    """The bits of a number of at most ten bits, with two zeros between each two."""
+    """The bits of a number of at most ten bits, with two zeros between neighbors."""
     x = (x | x << 16) & 0x30000FF
     x = (x | x << 8) & 0x300F00F
     x = (x | x << 4) & 0x30C30C3
@@ -140,7 +140,7 @@ def spread_bits(x):
 
 @routine
 def move_by_digit(keys, target, counts, first, end, digit, digit_bits):
-    """Move some keys to a target in the order of one digit of their codes; those of the same digit keep their order."""
+    """Sort some keys by one digit of their codes into a target. Keys with equal digits keep their order."""
     start, at = digit << digit_bits, first
     for i in range(start, start + (1 << digit_bits)):
         count = counts[i]

@@ -1,4 +1,4 @@
-"""Finds the nearest pair of a batch of configurations."""
+"""Finds the nearest pair at each configuration of a batch."""
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from ulna.kinematics.entries.batch import gather
 
 @entry(*((scene, MATRIX, Array(NearestPair, 1)) for scene in (BOXES, SHAPES)))
 def nearest_batch(scene, q, out):
-    """Write the nearest pair at each q of shape (n, n_dof) to out, shape (n,). False if an entry of q is out of range.
+    """Write the nearest pair at each q of shape (n, n_dof) to out, shape (n,).
 
-    Eight configurations at a time, but for the BVH, which is searched for one after the other.
+    Eight configurations are measured at a time, but the BVH is searched for one after the other. Returns False if an entry of q
+    is out of range.
     """
     joints, bodies, n, has_tree = scene.joints, scene.bodies, q.shape[0], scene.root >= 0
     q_rows, best_rows = zero_rows(max(1, q.shape[1])), empty_rows(3)

@@ -16,7 +16,7 @@ from ulna.kinematics.entries.batch import gather
 
 @entry(*((scene, NUMBERS) for scene in (BOXES, SHAPES)))
 def overlap_one(scene, q):
-    """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is."""
+    """FREE or OVERLAPS for one q; OUT_OF_RANGE if an entry of q is out of range."""
     if not all_in_range(q):
         return OUT_OF_RANGE
     joints, bodies = scene.joints, scene.bodies
@@ -35,10 +35,10 @@ def overlap_one(scene, q):
 
 @entry(*((scene, MATRIX, TRUTHS) for scene in (BOXES, SHAPES)))
 def overlap_batch(scene, q, out):
-    """Write to the bools of out, shape (n,), whether the robot touches anything. False if an entry of q is out of range.
+    """Write whether the robot touches anything at each q to the bools of out, shape (n,).
 
-    Pairs and unindexed objects are tested for eight configurations at once; the BVH is searched for one after the other, since
-    each takes its own path.
+    Pairs and unindexed objects are tested for eight configurations at once. The BVH is searched for one after the other, since
+    each search takes its own path. Returns False if an entry of q is out of range.
     """
     joints, bodies, n, has_tree = scene.joints, scene.bodies, q.shape[0], scene.root >= 0
     q_rows, hit_rows = zero_rows(max(1, q.shape[1])), empty_rows(1)

@@ -1,4 +1,4 @@
-"""Copies a pose that is to be kept, if it needs no other treatment."""
+"""Copies an object's pose if it is an exact rigid motion."""
 
 from ulna.engine.decorators import low_latency_entry
 from ulna.engine.signatures import MATRIX
@@ -8,7 +8,10 @@ from ulna.kernels.spatial.se3 import rigidity_defect
 
 @low_latency_entry((MATRIX, MATRIX))
 def copy_exact(T, out):
-    """Copy a pose to out, shape (4, 4) each. False, and nothing is written, if it is no rigid motion to rounding."""
+    """Copy a pose to out, shape (4, 4) each.
+
+    Returns False, and writes nothing, if it is no rigid motion up to rounding.
+    """
     if not rigidity_defect(T) < EXACT_DEFECT:
         return False
     for r in range(3):

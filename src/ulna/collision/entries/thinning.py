@@ -1,10 +1,10 @@
-"""Chooses of the points in each voxel of a grid the one nearest to its middle.
+"""Chooses one point for each occupied voxel of a grid: the one nearest to its center.
 
-1. The voxel of a point is three whole numbers. The voxels with points are counted as they are found; a hash table says where each
-   is among them. When it is half full, they are put into a table four times as large.
-2. When all points are in it, each is compared with the one that is kept in its voxel.
+1. The voxel of a point is three integers. Occupied voxels are numbered as they are found, and a hash table maps each to its
+   number. When the table is half full, its entries move to one four times as large.
+2. When all points are in it, each point is compared with the kept point of its voxel.
 
-The caller owns the arrays, and calls for some points at a time, since Python notices Ctrl-C between two calls.
+The caller owns the arrays, and passes some points at a time, since Python notices Ctrl-C between two calls.
 
 Source: Teschner and others, Optimized spatial hashing for collision detection of deformable objects (VMV 2003), for the hash.
 """
@@ -25,15 +25,15 @@ _MASK = (1 << VOXEL_BITS) - 1
 
 
 class Voxels(NamedTuple):
-    """The voxels that have points, as many as there are points at most, shape (n,) each."""
+    """The occupied voxels, at most one for each point, shape (n,) each."""
 
     numbers: NDArray[np.int64]
     nearest: NDArray[np.int64]
-    """The point nearest to the middle of each."""
+    """The point nearest to the center of each."""
     squares: NDArray[np.float64]
-    """The square of its distance, as a multiple of the edge."""
+    """The square of its distance, in units of the voxel's edge."""
     own: NDArray[np.int64]
-    """By point: the voxel that it is in."""
+    """The voxel of each point."""
 
 
 _VOXELS = Group((INDICES, INDICES, NUMBERS, INDICES), Voxels)
@@ -43,9 +43,9 @@ _VOXELS = Group((INDICES, INDICES, NUMBERS, INDICES), Voxels)
 def fill_slots(points, voxel, low, slots, voxels, progress):
     """Find the voxels of points, shape (n, 3), until the table is half full.
 
-    voxel: the edge of a voxel [m]; low: the least x, y, z, where the grid begins, with fewer than 2^21 voxels along each axis.
-    slots: the table, shape (2^k,), of the places of voxels in ``Voxels``, counted from 1. progress: the first of the points, the
-    one after the last, and how many voxels there are; where to go on, and how many there are then, are written in their place.
+    voxel: The edge of a voxel [m]. low: The minimum x, y, z, where the grid begins; it has fewer than 2^21 voxels along each
+    axis. slots: The hash table, shape (2^k,), of indices into ``Voxels``, counted from 1. progress: The first point, the one
+    after the last, and the number of voxels. The next point to process and the new number of voxels replace them.
     """
     known, nearest, squares, own = voxels
     scale, most, end, at = 1.0 / voxel, slots.shape[0] // 2, progress[1], -1
@@ -53,12 +53,12 @@ def fill_slots(points, voxel, low, slots, voxels, progress):
     while progress[0] < end:
         first = progress[0]
         n = min(BLOCK, end - first)
-        for i in range(n):  # many slots are on their way from memory at once: no branch waits for one of them
+        for i in range(n):  # many loads of slots are in flight at once: no branch waits for one of them
             numbers[i], beside[i] = voxel_of(points, first + i, scale, low)
             own[first + i] = slots[first_slot(slots, numbers[i])] - 1
         for i in range(n):
             number, k = numbers[i], first + i
-            if at < 0 or known[at] != number:  # otherwise it is that of the point before
+            if at < 0 or known[at] != number:  # otherwise it is the previous point's voxel
                 at = own[k]
                 if at < 0 or known[at] != number:
                     slot = slot_of(slots, known, number)
@@ -78,16 +78,17 @@ def fill_slots(points, voxel, low, slots, voxels, progress):
 
 @entry((INDICES, INDICES))
 def move_slots(voxels, slots):
-    """Put voxels, by their numbers, into an empty table."""
+    """Insert voxels, by their numbers, into an empty table."""
     for k in range(voxels.shape[0]):
         slots[slot_of(slots, voxels, voxels[k])] = k + 1
 
 
 @entry(*((points, INDICES, INDICES, INDICES, NUMBERS) for points in (POINTS, POINTS_32)))
 def compare_with_kept(points, nearest, own, progress, farthest):
-    """Write how far any point from ``progress[0]`` to before ``progress[1]`` is from the one that is kept in its voxel.
+    """Write the maximum distance of points from the kept points of their voxels, over points from ``progress[0]`` on.
 
-    ``farthest``, shape (1,), is written where that is more than what is there [m]; the rest as for ``fill_slots``.
+    The last point is before ``progress[1]``. ``farthest``, shape (1,), is raised to it [m]; other arguments as for
+    ``fill_slots``.
     """
     most = 0.0
     for i in range(progress[0], progress[1]):
@@ -99,13 +100,13 @@ def compare_with_kept(points, nearest, own, progress, farthest):
 
 @kernel
 def apart(points, i, k, axis):
-    """How far two points are apart along an axis [m]; ``float`` would leave a float32 as it is."""
+    """The difference of two points along an axis [m], as float64: ``float`` would leave a float32 as it is."""
     return np.float64(points[i, axis]) - np.float64(points[k, axis])
 
 
 @kernel
 def voxel_of(points, i, scale, low):
-    """The number of a point's voxel, and the square of its distance from the middle, as a multiple of the voxel's edge."""
+    """The number of a point's voxel, and the point's squared distance from its center in units of the edge."""
     x, y, z = (points[i, 0] - low[0]) * scale, (points[i, 1] - low[1]) * scale, (points[i, 2] - low[2]) * scale
     a, b, c = int(x), int(y), int(z)
     x, y, z = x - a - 0.5, y - b - 0.5, z - c - 0.5
@@ -114,14 +115,14 @@ def voxel_of(points, i, scale, low):
 
 @kernel
 def first_slot(slots, number):
-    """The slot of a voxel where that is free."""
+    """The first slot to try for a voxel."""
     a, b, c = number >> 2 * VOXEL_BITS, number >> VOXEL_BITS & _MASK, number & _MASK
     return (a * 73856093 ^ b * 19349663 ^ c * 83492791) & slots.shape[0] - 1
 
 
 @kernel
 def slot_of(slots, voxels, number):
-    """The slot of a voxel in the table, or the free one where it belongs."""
+    """The slot of a voxel in the table, or the free slot where it belongs."""
     slot = first_slot(slots, number)
     while slots[slot] != FREE_SLOT and voxels[slots[slot] - 1] != number:
         slot = slot + 1 & slots.shape[0] - 1

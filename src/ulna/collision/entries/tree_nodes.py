@@ -1,7 +1,7 @@
-"""Writes the nodes of trees (``kernels.collision.bvh``), of solids and of the points of clouds.
+"""Writes the nodes of trees (``kernels.collision.bvh``) over solids and over the points of clouds.
 
-The children of a node are eight that follow one another in the order given, level by level from the leaves up, so that all nodes
-but the last of a level are full. The root is the last node. There is always one, even over a single child.
+The children of a node are eight consecutive ones in the given order. Levels are written from the leaves up, so only the last node
+of a level may be incomplete. The root is the last node. A tree has at least one node, even over a single child.
 """
 
 import numpy as np
@@ -17,9 +17,9 @@ from ulna.kernels.spatial.elementary import maximum, minimum
 
 @entry((MATRIX, MATRIX, NUMBERS, MATRIX, WHOLE))
 def write_tree(low, high, children, nodes, first):
-    """Write a tree over bounds in the order given, shape (n, 3) each, n > 0, to nodes from number ``first`` on; how many nodes.
+    """Write a tree over bounds in the given order, shape (n, 3) each, n > 0; its number of nodes.
 
-    children: what is within the bounds, as a node says it, shape (n,).
+    children: The child within each bound, as a node encodes it, shape (n,). first: The number of the first node to write.
     """
     n = low.shape[0]
     for k in range(n):
@@ -33,10 +33,10 @@ def write_tree(low, high, children, nodes, first):
 
 @entry(*((points, NUMBERS, PLAIN, WHOLE, MATRIX, WHOLE) for points in (POINTS, POINTS_32)))
 def write_cloud(points, T, reach, row, nodes, first):
-    """Write a tree over balls about points, shape (n, 3), n > 0, to nodes from number ``first`` on; how many nodes.
+    """Write a tree over balls about points, shape (n, 3), n > 0; the number of its nodes.
 
-    T: the upper three rows of T_base_cloud, shape (12,); reach: the radius of a ball, with the margin for what touches it [m];
-    row: that of the ball in the table of solids.
+    T: The upper three rows of T_base_cloud, shape (12,). reach: The radius of a ball, with the margin for contacts [m]. row: The
+    row of the ball in the table of solids. first: The number of the first node to write.
     """
     keys, n, rows = sorted_keys(points), points.shape[0], empty_rows(3 * WIDTH)
     n_leaves = (n + WIDTH - 1) // WIDTH
@@ -53,7 +53,7 @@ def write_cloud(points, T, reach, row, nodes, first):
 
 @routine
 def gather_points(points, keys, start, rows):
-    """Copy 64 points to rows, eight of x, of y, and of z; those past the last one are repeats of it."""
+    """Copy 64 points to rows, eight of x, of y and of z. The last point fills missing ones."""
     last = points.shape[0] - 1
     for i in range(WIDTH):
         for lane in range(WIDTH):
@@ -63,9 +63,10 @@ def gather_points(points, keys, start, rows):
 
 @routine
 def write_leaves(rows, T, ball, nodes, first, above, n):
-    """Write n times eight points, n at most 8, sixteen to each node from number ``first`` on, and their bounds to that above.
+    """Write n times eight points, n at most 8, to nodes, and their bounds to the node above.
 
-    ball: its row in the table of solids, and its radius; as for ``write_cloud``.
+    A node holds sixteen points. first: The number of the first node of points. ball: The ball's row in the table of solids, and
+    its radius; as in ``write_cloud``.
     """
     (row, reach), like = ball, load(rows, 0)
     for leaf in range(WIDTH):
@@ -90,7 +91,7 @@ def write_leaves(rows, T, ball, nodes, first, above, n):
 
 @routine
 def write_levels(nodes, first, n):
-    """Write the nodes above n nodes from number ``first`` on, up to a root; its number."""
+    """Write the levels above n nodes, which begin at number ``first``, up to a root; its number."""
     while n > 1:
         above = first + n
         for k in range(n):
@@ -114,7 +115,7 @@ def write_lane_above(nodes, number, i, lane):
 
 @routine
 def clear_rest(nodes, first, n):
-    """Write to the last node of those from ``first`` on, which have n children, that it has no more."""
+    """Mark the missing children in the last node of a level with n children; ``first`` is its first node."""
     for k in range(n, WIDTH * ((n + WIDTH - 1) // WIDTH)):
         clear_lane(nodes, NODE_ROWS * (first + k // WIDTH), k % WIDTH)
 

@@ -1,4 +1,4 @@
-"""Makes and fills the rows of the branches of a closed form, and polishes these."""
+"""Allocates and fills the rows of a closed form's branches, and polishes the branches."""
 
 import numpy as np
 
@@ -31,12 +31,12 @@ from ulna.kernels.spatial.elementary import maximum, sincos
 from ulna.kernels.spatial.se3 import load_pose
 
 N_AXES = 6
-_STEPS_AT_LIMITS = 16  # of a polish: near two singularities at once they are short
+_STEPS_AT_LIMITS = 16  # of a polish: near two singularities at once the steps are short
 
 
 @workspace
 def branch_state(n):
-    """Rows of signs, free angles, the target, q and what is known, for n^3 branches; and the scratch of a polish."""
+    """Rows of signs, free angles, target, q and properties for n^3 branches; and a polish's scratch."""
     branches = n * n * n
     target, q, known = 3 * n + 2 * N_AXES, 3 * n + 2 * N_AXES + 12, 3 * n + 2 * N_AXES + 12 + N_AXES * branches
     jacobian = known + N_KNOWN * branches
@@ -53,7 +53,7 @@ def branch_state(n):
 
 @kernel
 def write_free_angles(table, angle_rows, free_rows):
-    """Write the sines and cosines of the angles about the axes that a seed gives. angle_rows: q, six."""
+    """Write the sines and cosines of the seed's angles about the axes. angle_rows: q, six."""
     for j in range(N_AXES):
         sign = table[SIGNS + j // 3, j % 3]
         s, c = sincos(load(angle_rows, int(table[COLUMNS + j // 3, j % 3])) * sign)
@@ -63,12 +63,12 @@ def write_free_angles(table, angle_rows, free_rows):
 
 @workspace
 def polish_branches(table, chain, rows, scratch):
-    """Polish the branches of the rows of ``branch_state``."""
+    """Polish the branches in the rows of ``branch_state``."""
     _, _, target_rows, q_rows, known_rows = rows
     least, most, steps = table[POLISH, MIN_ERROR], table[POLISH, MAX_ERROR], int(table[POLISH, STEPS])
     for k in range(q_rows.shape[0] // N_AXES):
         error = maximum(load(known_rows, N_KNOWN * k), least)
-        if least == 0.0:  # a branch that is clearly complex has no solution: Newton steps would lead to that of another
+        if least == 0.0:  # a certainly complex branch has no solution: Newton steps would lead to another branch's solution
             complex_ = (load(known_rows, N_KNOWN * k + APART) < COMPLEX) & (error > REACHED)
             error = where(complex_, maximum(error, 2.0 * most), error)
         store(known_rows, N_KNOWN * k, error)
@@ -79,12 +79,12 @@ def polish_branches(table, chain, rows, scratch):
 
 @workspace
 def put_at_limits(table, chain, rows, scratch, seed, room):
-    """Put joints of branches that are hardly beyond a limit at it, where the branch reaches the target there as well.
+    """Put joints hardly beyond a limit at the limit, if the branch still reaches the target there.
 
-    How far beyond it a joint may be follows from how well its angle is known: near the singularity of a wrist two joints turn
-    against each other by eps / |sin q_5| within the rounding eps of the pose. So the others follow the joint to its limit, and
-    what counts is the error there. Whether there are any is found by ``is_any_hardly_beyond`` in less time. seed: the rows of the
-    seed and of the bounds of ``nearest_branch``; room: six rows for q, and one for the error.
+    The allowed excess depends on the accuracy of the angle. Near the singularity of a wrist, a rounding eps of the pose rotates
+    two joints against each other by eps / |sin q_5|. So the other joints follow the joint to its limit, and the error there
+    decides. ``is_any_hardly_beyond`` takes less time to find whether there are any. seed: The rows of the seed and of the bounds
+    of ``nearest_branch``. room: Six rows for q, and one for the error.
     """
     (_, _, target_rows, q_rows, known_rows), (seed_rows, bound_rows), (inside_rows, error_rows) = rows, seed, room
     n_limits = 2 * (bound_rows.shape[0] // N_BOUNDS)
@@ -103,11 +103,11 @@ def put_at_limits(table, chain, rows, scratch, seed, room):
 
 @workspace
 def polish_seed(table, chain, rows, scratch, seed, one_target):
-    """Polish the seeds too, where they may lead to a branch that is nearer than those known; False where none does.
+    """Polish the seeds too, if they may lead to a nearer branch than the known ones; False if none may.
 
-    That is so of axes that are nearly of the family, since a polished branch is not the nearest for certain; and where an angle
-    is undetermined. seed: six rows of it; six for q, written; N_KNOWN, of which the residual is written, infinite where the seed
-    is not polished. one_target: whether the lanes are the branches of one target.
+    This is possible for axes that are only nearly of the family, since a polished branch need not be the nearest one. It is also
+    possible for undetermined angles. seed: Six rows; six for q, output; N_KNOWN, whose residual is output, infinite for a seed
+    that is not polished. one_target: Whether the lanes are the branches of one target.
     """
     seed_rows, q_rows, known_rows = seed
     like, most = load(seed_rows, 0), table[POLISH, MAX_ERROR]

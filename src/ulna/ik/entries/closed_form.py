@@ -1,4 +1,4 @@
-"""Finds all eight branches of inverse kinematics in closed form, eight targets at a time, or one."""
+"""Finds all eight branches of inverse kinematics in closed form, for eight targets at a time, or for one."""
 
 import numpy as np
 
@@ -37,21 +37,27 @@ from ulna.kernels.spatial.se3 import load_pose, matrix_pose, rigidity_defect
 from ulna.kinematics.entries.batch import gather, gather_poses, scatter_rows
 
 _RESULTS = Array(SearchResult, 1)
-_FEW = 4  # targets that take no longer one by one
-N_OPTIONS = 2  # of a plan
+_FEW = 4  # targets up to this number take no longer one by one
+N_OPTIONS = 2  # options in a plan
 
 
 @entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRICES, MATRIX, NUMBERS))
 def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
-    """All branches of targets (n, 4, 4), with what is known of each (``closed_form_layout``). False if a target is no pose.
+    """All branches of targets (n, 4, 4), with their properties (``closed_form_layout``). False if a target is no pose.
 
-    table: of the closed form; chain: of the six joints that it turns. plan: that of ``nearest_branches``, or without its bounds:
-    with them branches are turned towards the seeds within the bounds, and q is NaN where a branch is not real. seeds: (n or 1,
-    6), also the angles of joints that may have any. q_out: (n, 8, 6); known: (n, 8), in one number; proof: (n,), -1 where a
-    target is no pose.
+    Args:
+        table: The table of the closed form.
+        chain: The chain of the six joints.
+        plan: As in ``nearest_branches``, or without its bounds. With bounds, whole turns bring branches towards the seeds within
+            the bounds, and q is NaN for branches that are not real.
+        targets: Shape (n, 4, 4).
+        seeds: Shape (n or 1, 6); also the values of undetermined joints.
+        q_out: Shape (n, 8, 6), output.
+        known: The flags of each branch in one number, shape (n, 8), output.
+        proof: Shape (n,), output; -1 for a target that is no pose.
     """
     n, with_bounds = targets.shape[0], plan.shape[0] > N_OPTIONS
-    n_signs = 1 + q_out.shape[1] // N_BRANCHES  # 2: for a constant the compiler makes other code than for that of one target
+    n_signs = 1 + q_out.shape[1] // N_BRANCHES  # 2: with a constant the compiler would make other code than for one target
     rows, scratch = branch_state(2)
     _, free_rows, target_rows, q_rows, known_rows = rows
     best, good = best_state(plan), True
@@ -64,7 +70,7 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
         write_branches(table, chain, n_signs, rows, scratch, best, with_bounds)
         good &= write_proof(known_rows, targets, start, proof)
         for branch in range(N_BRANCHES):
-            store(known_rows, branch, known_in_one(known_rows, branch))  # of those before, what is known is in one already
+            store(known_rows, branch, known_in_one(known_rows, branch))  # the flags of earlier branches are already in one number
             if with_bounds:
                 turn_within(q_rows[N_AXES * branch : N_AXES * (branch + 1)], known_rows, branch, seed_rows, bound_rows)
         scatter_rows(q_rows, N_BRANCHES * N_AXES, q_out, start)
@@ -74,9 +80,12 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
 
 @entry((TABLE, TABLE, NUMBERS, NUMBERS, MATRIX, MATRIX, TRUTH_ROWS))
 def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
-    """All branches of one target (4, 4), to the bits of ``all_branches``: a branch a lane. What they prove; -1: it is no pose.
+    """All branches of one target (4, 4), a branch a lane; their proof, or -1 for no pose.
 
-    plan: with its bounds; seed: (6,); q_out: (8, 6); truths: (2, 8), whether each is within the bounds, and whether it is real.
+    They have the same bits as from ``all_branches``.
+
+    plan: With bounds. seed: (6,). q_out: (8, 6). truths: (2, 8), whether each branch is within the bounds, and whether it is
+    real.
     """
     if not rigidity_defect(target) <= LARGEST_DEFECT:
         return -1
@@ -88,7 +97,7 @@ def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
         write_target(matrix_pose(target), target_rows, lane)
     write_seed(seed, seed_rows)
     write_free_angles(table, seed_rows, free_rows)
-    n_signs = q_out.shape[0] // N_BRANCHES  # 1; as above
+    n_signs = q_out.shape[0] // N_BRANCHES  # 1; see ``all_branches``
     write_branches(table, chain, n_signs, rows, scratch, best, with_bounds=True)
     proved = proof_of_lanes(known_rows)
     store(known_rows, 0, known_in_one(known_rows, 0))
@@ -103,7 +112,7 @@ def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
 
 @kernel
 def write_branches(table, chain, n_signs, rows, scratch, best, with_bounds):
-    """Write all branches of the targets in the rows of ``branch_state``, polished; with bounds, put at them if hardly beyond."""
+    """Write all branches of the targets in the rows of ``branch_state``, polished; with bounds, put at hardly exceeded ones."""
     sign_rows, free_rows, target_rows, q_rows, known_rows = rows
     closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
     polish_branches(table, chain, rows, scratch)
@@ -113,7 +122,7 @@ def write_branches(table, chain, n_signs, rows, scratch, best, with_bounds):
 
 @kernel
 def write_proof(known_rows, targets, start, proof):
-    """Write what the branches of eight targets prove (``closed_form_layout``), -1 of what is no pose. False if one is not."""
+    """Write the proof by the branches of eight targets (``closed_form_layout``), or -1 for no pose; False if one is none."""
     whole, good = proof_of(known_rows), True
     for lane in range(min(WIDTH, proof.shape[0] - start)):
         is_pose = rigidity_defect(targets[start + lane]) <= LARGEST_DEFECT
@@ -126,8 +135,8 @@ def write_proof(known_rows, targets, start, proof):
 def polish_all(chain, targets, q, bounds, inverse_reach, steps, errors):
     """Polish configurations (n, n_dof), each for its target (n, 4, 4); always True.
 
-    bounds: the lower bounds of the first joints, then the upper ones, between which q is; none of the others. errors: shape
-    (n,): the errors if they are known, else anything above those allowed; written.
+    bounds: The lower bounds of the first joints, then the upper ones; q is within them. Other joints are unbounded. errors: Shape
+    (n,), the known errors, or any value above the allowed ones; output.
     """
     n, n_dof = q.shape
     target_rows, q_rows, error_rows, bound_rows, jacobian_rows, last_rows, system_rows = polish_state(n_dof, bounds)
@@ -146,12 +155,12 @@ def polish_all(chain, targets, q, bounds, inverse_reach, steps, errors):
 
 @entry((TABLE, TABLE, NUMBERS, MATRICES, MATRIX, MATRIX, _RESULTS))
 def nearest_branches(table, chain, plan, targets, seeds, q_out, info):
-    """For each target (n, 4, 4) the branch nearest to its seed within the limits; True if all are solved.
+    """Find the branch nearest to the seed within the limits for each target; True if all are solved.
 
-    plan: the tolerances [m, rad], then of each of the arm's own joints, the first of six: the lower limits, the upper ones, what
-    a whole turn adds (for a joint that slides more than the limits allow), 1 over it, and its unit. seeds: (n or 1, 6); q_out:
-    (n, 6); info: (n,), as of a search (``search_records``). Fewer than _FEW targets are computed one by one, a branch a
-    lane, the others eight at a time, a target a lane: with the same machine code, so to the same bits.
+    plan: The tolerances [m, rad]. Then for each of the arm's own joints, which come first: the lower limits, the upper ones, the
+    whole turns (for a prismatic joint more than the limits allow), their inverses, and the units. seeds: (n or 1, 6). q_out: (n,
+    6). info: (n,), as of a search (``search_records``). Fewer than _FEW targets are computed one by one, a branch a lane; more
+    targets eight at a time, a target a lane. Both use the same machine code, so they give the same bits.
     """
     return run_targets(table, chain, plan, targets, seeds, q_out, info)
 
@@ -164,7 +173,7 @@ def nearest_branch_of_one(table, chain, plan, target, seed, q_out, info):
 
 @workspace
 def run_targets(table, chain, plan, targets, seeds, q_out, info):
-    """Find the nearest branches, as ``nearest_branches`` says."""
+    """Find the nearest branches for ``nearest_branches``."""
     n = targets.shape[0]
     step = 1 if n < _FEW else WIDTH
     rows, scratch = branch_state(1 if step == 1 else 2)
@@ -195,7 +204,7 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
 def best_state(plan):
     """Rows of the seeds, the bounds, the best branches, their costs, the state of a search, and polished seeds.
 
-    The state is that of ``lane_state``. Of a polished seed: its q, and what is known of it.
+    The state is that of ``lane_state``. A polished seed has its q and its properties.
     """
     n_plan, cost, polished = plan.shape[0] - N_OPTIONS, 2 * N_AXES, 2 * N_AXES + 1 + N_STATE
     known = polished + N_AXES
@@ -216,7 +225,7 @@ def best_state(plan):
 
 @kernel
 def write_start_of(target, seed, target_rows, seed_rows, bound_rows, lane):
-    """Write a target and its seed, brought within the bounds, to a lane."""
+    """Write a target and its seed, clipped to the bounds, to a lane."""
     write_target(matrix_pose(target), target_rows, lane)
     n = bound_rows.shape[0] // N_BOUNDS
     for j in range(n):
@@ -225,7 +234,7 @@ def write_start_of(target, seed, target_rows, seed_rows, bound_rows, lane):
 
 @kernel
 def verify(chain, plan, target_rows, q_rows, cost_rows, state_rows):
-    """Write the state of each lane: its errors by forward kinematics, and whether there is a branch and it is within them."""
+    """Write the state of each lane: the errors by forward kinematics, and whether a branch is within the tolerances."""
     e = pose_error(chain_pose(chain, q_rows), load_pose(target_rows, 0))
     p2, r2 = error_squares(e)
     solved = (p2 <= plan[0] ** 2) & (r2 <= plan[1] ** 2) & (load(cost_rows, 0) < np.inf)
@@ -234,7 +243,7 @@ def verify(chain, plan, target_rows, q_rows, cost_rows, state_rows):
 
 @kernel
 def least_lane(cost_rows):
-    """The lane with the least cost."""
+    """The lane with the minimum cost."""
     least = 0
     for lane in range(1, WIDTH):
         if cost_rows[0, lane] < cost_rows[0, least]:

@@ -19,12 +19,12 @@ class ControlStep(NamedTuple):
     """The settings that all rows of a batch share.
 
     Attributes:
-        chain: To the link.
-        expressed_in: In whose axes the twist is given (``kernels.layout``).
-        limits: Of position, shape (2, n_dof).
+        chain: The chain to the link.
+        expressed_in: The axes of the twist (``kernels.layout``).
+        limits: Position limits, shape (2, n_dof).
         velocity_limits: Shape (n_dof,).
         damping: The factor of the squared velocities.
-        dt: How long a step is [s].
+        dt: The duration of a step [s].
     """
 
     chain: NDArray[np.float64]
@@ -40,9 +40,9 @@ _STEP = Group((TABLE, WHOLE, TABLE, CONSTANTS, NUMBER, NUMBER), ControlStep)
 
 @entry((_STEP, NUMBERS, NUMBERS, NUMBERS, NUMBERS))
 def differential_one(step, q, twist, work, out):
-    """Write the joint velocities to out, shape (n_dof,), for one q and one twist (6,). False if a number is out of range.
+    """Write the joint velocities to out, shape (n_dof,), for one q and one twist (6,). False if out of range.
 
-    work: at least N_PER_JOINT n_dof + N_SYSTEM + N_TURNED numbers (``kernels.ik.search_layout``), so that nothing is allocated.
+    work: At least N_PER_JOINT n_dof + N_SYSTEM + N_TURNED numbers (``kernels.ik.search_layout``), so that nothing is allocated.
     """
     n = out.shape[0]
     jacobian_rows, free_rows, work = work[: 6 * n], work[6 * n : 12 * n], work[12 * n :]

@@ -1,4 +1,4 @@
-"""Writes one IK search into a lane and its result out of it."""
+"""Writes an IK search to a lane, and its result out of it."""
 
 import numpy as np
 
@@ -22,12 +22,12 @@ from ulna.kernels.ik.levenberg_marquardt import (
 from ulna.kernels.ik.search_layout import N_SYSTEM, NOT_FOUND, SOLVED
 from ulna.kernels.spatial.vectors import rotate_inverse
 
-LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # of the bounds: where q may be, and where starts are taken from
+LOWER, UPPER, LOW, HIGH = 0, 1, 2, 3  # rows of the bounds: the bounds of q, and the range of starts
 
 
 @workspace
 def search_state(n_dof):
-    """The rows of eight searches, and the scratch of a step (``levenberg_marquardt``), all cut from one block."""
+    """The rows of eight searches, and the scratch of a step (``levenberg_marquardt``), cut from one block."""
     target, bound, state = 2 * n_dof, 2 * n_dof + 12, 4 * n_dof + 12
     jacobian = state + N_STATE
     system = jacobian + 6 * n_dof
@@ -71,7 +71,7 @@ def reset_state(state_rows, allowed, with_posture, lane):
 
 @kernel
 def store_state(state_rows, ended, p2, r2, steps, e):
-    """Write the state of all lanes after so many steps: how they ended, the squares of the errors, the pose error."""
+    """Write the state of all lanes after a number of steps: outcome, squared errors, pose error."""
     store(state_rows, ENDED, ended)
     store(state_rows, P2, p2)
     store(state_rows, R2, r2)
@@ -81,7 +81,10 @@ def store_state(state_rows, ended, p2, r2, steps, e):
 
 @routine
 def write_result(rows, lane, start, row, q_out, info):
-    """Write the result of a lane, from the rows of q, the target and the state, to a row of q and of the information."""
+    """Write the result of a lane to a row of q_out and of info.
+
+    rows: Those of q, the target and the state.
+    """
     q_rows, target_rows, state_rows = rows
     for j in range(q_out.shape[1]):
         q_out[row, j] = q_rows[j, lane]

@@ -1,8 +1,8 @@
 """Runs Levenberg-Marquardt from several starts per target, eight at a time.
 
-A *job* is one start for one target. Jobs are numbered target by target; each lane takes the next job as soon as it has ended its
-own, so that a hard target never delays the other lanes. Lanes are independent: the result of a job is the same bit for bit
-whatever jobs the other lanes have.
+A *job* is one start for one target. Jobs are numbered target by target. A lane takes the next job as soon as its own has ended,
+so a hard target never delays the other lanes. Lanes are independent: the result of a job has the same bits for any jobs in the
+other lanes.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,7 @@ from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 
 _PATIENCE = 15  # steps of the seed's job
-_WORTH_WAITING = 0.9  # of the square of its error
+_WORTH_WAITING = 0.9  # of its squared error
 
 
 class Jobs(NamedTuple):
@@ -30,11 +30,11 @@ class Jobs(NamedTuple):
 
     Attributes:
         targets: Poses, shape (n, 4, 4).
-        order: Those that are searched for, by their numbers, shape (m,).
-        seeds: Where to start, shape (n or 1, n_dof).
-        bounds: Where q may be, and where starts are taken from (``lane_state``), shape (n or 1, 4, n_dof).
-        samples: How far from LOW to HIGH each entry of a start lies, NaN for the seed's own, shape (n_starts, n_dof).
-        posture: The configuration that is preferred, shape (n_dof,); read if the settings say so.
+        order: The indices of the targets to search for, shape (m,).
+        seeds: The seeds, shape (n or 1, n_dof).
+        bounds: Bounds of q, and the range of starts (``lane_state``), shape (n or 1, 4, n_dof).
+        samples: The starts as shares of the way from LOW to HIGH, NaN for the seed's own entry, shape (n_starts, n_dof).
+        posture: The preferred configuration, shape (n_dof,); read if the settings enable it.
     """
 
     targets: NDArray[np.float64]
@@ -53,20 +53,20 @@ _JOBS = Group((MATRICES, INDICES, MATRIX, MATRICES, MATRIX, NUMBERS), Jobs)
 def search_jobs(chain, settings, jobs, q_out, info):
     """Search for each target of the order from every start.
 
-    settings: one. q_out: (m n_starts, n_dof) and info: (m n_starts,), one a job. With ``first_wins`` the order holds one target,
-    and row 0 the result, or the job that came nearest. ANY: the first job that is solved ends the search. NEAREST: the first
-    job, that of the seed, ends it by its solution; once that job has failed, or others have solutions and it hardly advances,
-    the nearest of these to the seed is taken, or, without any solution yet, the next one.
+    settings: One record. q_out: (m n_starts, n_dof) and info: (m n_starts,), one row a job. With ``first_wins`` the order holds
+    one target, and row 0 is the result, or the nearest job. ANY: the first solved job ends the search. NEAREST: the first job is
+    that of the seed, and its solution ends the search. If that job fails, or hardly advances while others have solutions, the
+    solution nearest to the seed is taken. If there is none yet, the next one is taken.
     """
     run_jobs(chain, settings[0], jobs, q_out, info)
 
 
 @entry((TABLE, _SETTINGS, NUMBERS, MATRIX, NUMBERS, MATRIX, _RESULTS))
 def search_one(chain, settings, plan, target, seed, q_out, info):
-    """Search for one target (4, 4) from one seed (n_dof,) and samples; with few arguments: each costs a call some 50 ns.
+    """Search for one target (4, 4) from one seed (n_dof,) and samples; whether it is solved.
 
-    settings: one; plan: the bounds (4 n_dof numbers), the posture and the samples, one after the other; q_out: (1, n_dof);
-    info: one. Returns whether it is solved.
+    It has few arguments, since each costs some 50 ns. settings: One record. plan: The bounds (4 n_dof numbers), the posture and
+    the samples, concatenated. q_out: (1, n_dof). info: One record.
     """
     n_dof, order = q_out.shape[1], np.zeros(1, dtype=np.int64)
     bounds, posture, samples = plan[: 4 * n_dof], plan[4 * n_dof : 5 * n_dof], plan[5 * n_dof :]
@@ -85,7 +85,7 @@ def run_jobs(chain, settings, jobs, q_out, info):
     rows, scratch = search_state(n_dof)
     own = np.full(WIDTH, -1)  # the job of each lane
     first_wins, found, best = settings.first_wins != 0, False, np.inf
-    waiting, nearest = settings.first_wins == NEAREST, np.inf  # for the job of the seed, and the distance of what others found
+    waiting, nearest = settings.first_wins == NEAREST, np.inf  # for the seed's job; and the distance of other jobs' solutions
     following, running, steps, before = 0, 0, 0, np.inf
     for lane in range(WIDTH):
         own[lane], following = start_job(settings, jobs, following, lane, rows, info)
@@ -94,7 +94,7 @@ def run_jobs(chain, settings, jobs, q_out, info):
         advance(chain, jobs.posture, settings, rows, scratch)
         steps += 1
         if waiting and steps % _PATIENCE == 0:
-            missed = rows[4][P2, 0] + rows[4][R2, 0]  # the seed's job is in the first lane from the beginning
+            missed = rows[4][P2, 0] + rows[4][R2, 0]  # the seed's job stays in the first lane
             found, before = nearest < np.inf and missed > _WORTH_WAITING * before, missed
         if found or not any_lane(load(rows[4], ENDED) > RUNNING):
             continue
@@ -130,9 +130,9 @@ def distance(q_rows, lane, seed):
 
 @routine
 def start_job(settings, jobs, job, lane, rows, info):
-    """Start the first valid job from ``job`` on in a lane. Returns it, or -1 if none is left, and the one after.
+    """Start the first valid job from ``job`` on in a lane; its number or -1, and the next number.
 
-    A target that is no pose, or whose seed is out of range, gets its status in the information and is skipped.
+    A target that is no pose, or whose seed is out of range, gets this status in the information and is skipped.
     """
     n_starts = jobs.samples.shape[0]
     while job < jobs.order.shape[0] * n_starts:

@@ -1,4 +1,4 @@
-"""Names the parts of the branches of a closed form as its kernels pass them on."""
+"""Names the parts of a closed form's branches that its kernels pass on."""
 
 from typing import Any, NamedTuple
 
@@ -7,25 +7,25 @@ class Branches(NamedTuple):
     """The rows of all branches, which the caller owns (``closed_form.closed_form``)."""
 
     sign_rows: Any
-    """3 n."""
+    """3 n rows."""
     n: int
     """Number of signs of each of three choices."""
     free_rows: Any
-    """Twelve: sines and cosines of what angles are to be where any would do."""
+    """Twelve rows: sines and cosines of the values for undetermined angles."""
     q_rows: Any
-    """Six a branch, written."""
+    """Six rows a branch, output."""
     known_rows: Any
-    """Knowledge of each branch, N_KNOWN numbers, written."""
+    """N_KNOWN rows a branch: its residual and accuracy, output."""
 
 
 class Sure(NamedTuple):
-    """Knowledge of a branch before its last angles are (``chain.accuracy``)."""
+    """The residual and accuracy of a branch before its last angles are computed (``chain.accuracy``)."""
 
     missed: Any
-    """The square of the residual so far."""
+    """The square of the residual up to here."""
     near: Any
-    """The product of a^2 apart over the angles so far."""
+    """The product of a^2 apart over the angles up to here."""
     sure: Any
-    """a^4 of the angle that is determined least."""
+    """The minimum of a^4 over the angles."""
     apart: Any
-    """Share of a^2 that the discriminant is, where it is the least."""
+    """The minimum over the angles of the discriminant as a share of a^2."""

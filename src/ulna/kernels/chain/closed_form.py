@@ -1,10 +1,10 @@
 """Computes all branches of inverse kinematics of six joints in closed form.
 
-1. From the target T to the motion G = T T(0)^-1 of the end, its rotation made exact, lengths as shares of the reach; inverted if
-   the chain is seen from its end.
-2. The angles of each branch of its family (``three_parallel``, ``parallel_wrist``, ``spherical_wrist``, ``quartic_arm``,
-   ``sliding_arm``), and its residual: the forward kinematics of its sines and cosines from the base on, and back from the
-   target, compared where they come together.
+1. Convert the target T to the motion G = T T(0)^-1 of the end, with an exact rotation and lengths as shares of the reach. If the
+   chain is seen from its end, invert G.
+2. Compute the angles of each branch of the family (``three_parallel``, ``parallel_wrist``, ``spherical_wrist``, ``quartic_arm``,
+   ``sliding_arm``), and the residual. For the residual, the forward kinematics from the base on and back from the target are
+   compared where they meet. Both use the branch's sines and cosines.
 """
 
 from ulna.engine.decorators import kernel, shared_routine
@@ -33,18 +33,19 @@ from ulna.kernels.chain.three_parallel import three_parallel
 from ulna.kernels.spatial.se3 import compose, load_pose
 from ulna.kernels.spatial.vectors import chosen, dot, minus, origin, plus, rotate, x_axis, y_axis, z_axis
 
-_ONCE = 1e-17  # of the square of a fault: one step leaves no more than rounding
+_ONCE = 1e-17  # of the square of the error: one step leaves only rounding
 
 
 @shared_routine
 def closed_form(table, target_rows, sign_rows, n, free_rows, q_rows, known_rows):
     """Steps 1 and 2.
 
-    A branch is chosen by three signs, each from n of its own. With n = 2, lanes are targets and the signs 1 and -1 in all lanes:
-    eight branches are written. With n = 1, lanes are the eight branches of one target, and one is written for each lane.
+    A branch is chosen by three signs, each with its own n choices. With n = 2, lanes are targets, the signs are 1 and -1 in all
+    lanes, and eight branches are written. With n = 1, lanes are the eight branches of one target, and each lane writes one.
 
-    table: ``closed_form_layout``; target_rows: a pose, twelve; sign_rows: 3 n; free_rows: twelve, sines and cosines of what
-    angles are to be where any would do; q_rows: six a branch, written; known_rows: what is known of it, N_KNOWN a branch.
+    table: ``closed_form_layout``. target_rows: A pose, twelve rows. sign_rows: 3 n rows. free_rows: Twelve rows, sines and
+    cosines of the values for undetermined angles. q_rows: Six rows a branch, output. known_rows: Residual and accuracy, N_KNOWN
+    rows a branch, output.
     """
     motion, branches = end_motion(table, load_pose(target_rows, 0)), Branches(sign_rows, n, free_rows, q_rows, known_rows)
     p = minus(plus(origin(motion), rotate(motion, tabled(table, LAST))), tabled(table, POINTS))
@@ -88,7 +89,7 @@ def inverted(a):
 
 @kernel
 def made_rigid(a):
-    """A pose whose rotation is exact to rounding; the fault of the one that is given is at most LARGEST_DEFECT."""
+    """A pose whose rotation is exact up to rounding; the given rotation has an error of at most LARGEST_DEFECT."""
     b, square = nearer_rotation(a)
     far = square > _ONCE
     if any_lane(far):
@@ -100,9 +101,9 @@ def made_rigid(a):
 
 @kernel
 def nearer_rotation(a):
-    """A pose whose rotation R is replaced by R (3 I - R'R) / 2, whose fault is the square of R's (Bjorck and Bowie 1971).
+    """A pose with a more exact rotation ``R (3 I - R'R) / 2``, and the squared error of R.
 
-    And the square of that of R.
+    The new rotation's error is the square of the old one's (Bjorck and Bowie 1971).
     """
     x, y, z = (a[0], a[4], a[8]), (a[1], a[5], a[9]), (a[2], a[6], a[10])
     xy, yz, zx = -0.5 * dot(x, y), -0.5 * dot(y, z), -0.5 * dot(z, x)

@@ -1,7 +1,7 @@
-"""Reads the tables of a closed form, turns vectors in the frames of its axes, and writes branches.
+"""Reads the tables of a closed form, rotates vectors in the frames of its axes, and writes branches.
 
-The frame F of an axis h has the columns n, h x n and h (NORMALS and AXES of the table). A turn about the axis changes two numbers
-there. A matrix is a tuple of three rows.
+The frame F of an axis h has the columns n, h x n and h (NORMALS and AXES of the table). A rotation about the axis changes only
+two coordinates there. A matrix is a tuple of three rows.
 """
 
 from ulna.engine.decorators import kernel
@@ -40,20 +40,20 @@ def tabled(table, i):
 
 @kernel
 def in_frame(table, normals, i, v):
-    """F' v for the frame of axis i; ``normals``: where its rows of NORMALS begin."""
+    """F' v for the frame of axis i; ``normals`` is the first of its rows in NORMALS."""
     return dot(tabled(table, NORMALS + normals), v), dot(tabled(table, NORMALS + normals + 1), v), dot(tabled(table, AXES + i), v)
 
 
 @kernel
 def turned(angle, v):
-    """A vector in the frame of an axis, turned about that by an angle."""
+    """A vector in the frame of an axis, rotated about the axis by an angle."""
     s, c = angle
     return c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
 
 
 @kernel
 def turned_back(angle, v):
-    """A vector in the frame of an axis, turned about that by the opposite angle."""
+    """A vector in the frame of an axis, rotated about the axis by the opposite angle."""
     s, c = angle
     return c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
 
@@ -66,7 +66,7 @@ def column(r, i):
 
 @kernel
 def by_columns(r, x, y, z):
-    """The matrix R' (x y z) for three columns, and R given by its columns r."""
+    """The matrix R' (x y z) for three columns, with R given by its columns r."""
     return (dot(r[0], x), dot(r[0], y), dot(r[0], z)), (dot(r[1], x), dot(r[1], y), dot(r[1], z)), (
         dot(r[2], x), dot(r[2], y), dot(r[2], z)
     )  # fmt: skip
@@ -95,7 +95,7 @@ def end_frame(table, motion):
 
 @kernel
 def free_angle(free_rows, j):
-    """What angle j is to be where any would do: twelve rows, six sines and then six cosines."""
+    """The value of angle j if it is undetermined; free_rows: Six sines, then six cosines."""
     return load(free_rows, j), load(free_rows, 6 + j)
 
 
@@ -107,7 +107,7 @@ def put(table, q_rows, branch, j, angle):
 
 @kernel
 def put_known(known_rows, branch, square, sure, apart):
-    """Write what is known of a branch; ``square`` is that of the residual."""
+    """Write the properties of a branch; ``square`` is the square of the residual."""
     row = N_KNOWN * branch
     store(known_rows, row + RESIDUAL, sqrt(square))
     store(known_rows, row + DETERMINED, sure)
@@ -116,7 +116,7 @@ def put_known(known_rows, branch, square, sure, apart):
 
 @kernel
 def known_in_one(known_rows, branch):
-    """What is known of a branch, as a sum (``closed_form_layout``)."""
+    """The properties of a branch, as a sum of flags (``closed_form_layout``)."""
     row = N_KNOWN * branch
     real = load(known_rows, row + RESIDUAL) <= REACHED
     hardly = where(is_in_doubt(known_rows, row), IS_HARDLY_DETERMINED * 1.0, 0.0)
@@ -126,21 +126,24 @@ def known_in_one(known_rows, branch):
 
 @kernel
 def is_in_doubt(known_rows, row):
-    """Whether the angles of a branch may be others: they are hardly determined, or it is missed and no pair is surely complex."""
+    """Whether the angles of a branch may have other values.
+
+    Either they are hardly determined, or the target is missed and no pair of roots is certainly complex.
+    """
     apart, missed = load(known_rows, row + APART), load(known_rows, row + RESIDUAL) > REACHED
     return (load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED) | (missed & (apart >= COMPLEX))
 
 
 @kernel
 def doubts(known_rows, row):
-    """Whether a branch is real with an angle undetermined, whether an angle is, and whether it coincides with another."""
+    """Masks for a branch: real with an undetermined angle; an undetermined angle; coinciding with another branch."""
     real, hardly = load(known_rows, row + RESIDUAL) <= REACHED, is_in_doubt(known_rows, row)
     return real & hardly, hardly, real & (load(known_rows, row + APART) <= COINCIDING)
 
 
 @kernel
 def proof_of_lanes(known_rows):
-    """What the branches of one target prove, if each is in a lane of its own; see ``proof_of``."""
+    """The proof by the branches of one target, one branch a lane; see ``proof_of``."""
     free_real, free, coincide = doubts(known_rows, 0)
     if any_lane(free_real):
         return CONTINUUM
@@ -151,9 +154,9 @@ def proof_of_lanes(known_rows):
 
 @kernel
 def proof_of(known_rows):
-    """What the branches of a target prove (``closed_form_layout``).
+    """The proof by the branches of a target (``closed_form_layout``).
 
-    If an unsolved branch has an undetermined angle, another value may solve it: no proof.
+    If an unsolved branch has an undetermined angle, another value may solve it, so nothing is proved.
     """
     like = load(known_rows, RESIDUAL)
     free_real, free, coincide = 0.0 * like, 0.0 * like, 0.0 * like

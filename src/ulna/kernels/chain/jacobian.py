@@ -15,11 +15,13 @@ from ulna.kernels.spatial.vectors import cross, origin, plus, rotate_inverse, sc
 
 @kernel
 def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
-    """Write J, entry (k, j) to row across * j + down * k, and return the end's pose. Rows are v_x, v_y, v_z, w_x, w_y, w_z.
+    """Write J, entry (k, j) to row ``across * j + down * k``, and return the end's pose.
 
-    1. Walk the chain and add the twist of each joint. That is J for IN_SPATIAL.
-    2. The end's origin o moves with v + w x o. That is J for IN_BASE.
-    3. For IN_LINK, turn both into the end's axes.
+    The rows of J are v_x, v_y, v_z, w_x, w_y, w_z.
+
+    1. Walk the chain and add the twist of each joint. This is J for IN_SPATIAL.
+    2. The end's origin o moves with v + w x o. This is J for IN_BASE.
+    3. For IN_LINK, rotate both parts into the end's axes.
     """
     clear(jacobian_rows, load(q_rows, 0))
     end = joint_pose(chain, 0, q_rows)
@@ -33,10 +35,10 @@ def chain_jacobian(chain, q_rows, expressed_in, jacobian_rows, across, down):
 
 @kernel
 def turned_chain_jacobian(chain, is_first, turn_rows, expressed_in, jacobian_rows, across, down):
-    """``chain_jacobian`` by what ``joint_turns`` wrote.
+    """``chain_jacobian`` from the output of ``joint_turns``.
 
-    A joint adds to its column, or writes it if it is the first of the chain that its entry of q drives: ``is_first`` says so
-    (``first_joints``). So the rows need not be cleared. Those of entries that drive no joint of the chain must be zero before.
+    A joint adds to its column, or writes it if it is the chain's first joint with its entry of q (``is_first``, from
+    ``first_joints``). So the rows need no clearing, but rows of entries without a joint in the chain must be zero.
     """
     end = turned_joint_pose(chain, 0, turn_rows)
     write_joint(chain, 0, is_first, end, jacobian_rows, across, down)
@@ -49,7 +51,7 @@ def turned_chain_jacobian(chain, is_first, turn_rows, expressed_in, jacobian_row
 
 @kernel
 def first_joints(chain, is_first):
-    """Write 1 for each joint of a chain that moves and is the first that its entry of q drives, else 0."""
+    """Write 1 for each moving joint of a chain that is the first with its entry of q, else 0."""
     for i in range(chain.shape[0]):
         is_first[i] = 1 if chain[i, KIND] != FIXED else 0
         for k in range(i):
@@ -67,7 +69,7 @@ def clear(jacobian_rows, like):
 
 @kernel
 def add_joint(chain, i, end, jacobian_rows, across, down):
-    """Add the twist of joint i, whose pose is ``end``, to the column of the entry of q that drives it: mimic joints share one."""
+    """Add the twist of joint i, with the pose ``end``, to its column; mimic joints share a column."""
     if int(chain[i, KIND]) != FIXED:
         v, w = joint_twist(chain, i, end)
         add_twist(jacobian_rows, across * int(chain[i, COLUMN]), down, v, w)
@@ -75,7 +77,7 @@ def add_joint(chain, i, end, jacobian_rows, across, down):
 
 @kernel
 def write_joint(chain, i, is_first, end, jacobian_rows, across, down):
-    """Write the twist of joint i to the column of its entry of q if it is the first there (``is_first``), else add it."""
+    """Write or add the twist of joint i to the column of its entry of q: write it if ``is_first``."""
     if int(chain[i, KIND]) != FIXED:
         v, w = joint_twist(chain, i, end)
         row = across * int(chain[i, COLUMN])
@@ -87,10 +89,12 @@ def write_joint(chain, i, is_first, end, jacobian_rows, across, down):
 
 @kernel
 def joint_twist(chain, i, end):
-    """The velocity of the point at the base's origin, and the angular velocity, for a unit rate of the entry that drives joint i.
+    """The twist of joint i for a unit rate of its entry of q.
 
-    A joint along or about z, whose frame has its origin at p, moves that point: a revolute one with v = p x z and w = z, a
-    prismatic one with v = z. That is times the joint's ratio.
+    It is the velocity of the point at the base's origin, and the angular velocity.
+
+    A joint along or about z, with its frame's origin at p, moves that point. A revolute joint gives v = p x z and w = z, a
+    prismatic joint v = z, times the joint's ratio.
     """
     z = z_axis(end)
     if int(chain[i, KIND]) == PRISMATIC:
@@ -126,7 +130,7 @@ def store_column(jacobian_rows, row, down, v, w):
 
 @kernel
 def store_part(jacobian_rows, row, down, v):
-    """Write the three numbers of one part, of which the first goes to a row."""
+    """Write the three numbers of one part, the first to the given row."""
     for k in range(3):
         store(jacobian_rows, row + down * k, v[k])
 

@@ -1,10 +1,10 @@
-"""Solves two links about parallel axes 2 and 3, in the frame of these; and with a spherical wrist the whole arm.
+"""Solves two links about parallel axes 2 and 3 in the axes' frame; with a spherical wrist, the whole arm.
 
-In the frame F of axis 2 (``closed_form_rows``) v = F' R_1' p - F' P_1 is a plane vector, but for its part along the axis, which
-is known. Two is P_2 and three is P_3 there: v = R_2 (two + R_3 three).
+In the frame F of axis 2 (``closed_form_rows``), ``v = F' R_1' p - F' P_1`` is a plane vector plus a known part along the axis.
+``two`` is P_2 and ``three`` is P_3 in this frame: v = R_2 (two + R_3 three).
 
-With a wrist (``parallel_wrist``), as industrial arms have, it is the first family of ``spherical_wrist``, with its
-steps and sources.
+With a wrist (``parallel_wrist``), as in industrial arms, it is the first family of ``spherical_wrist``, with the steps and
+sources given there.
 """
 
 from ulna.engine.decorators import kernel
@@ -36,13 +36,13 @@ def two_links(table):
 
 @kernel
 def elbow_angles(two, three, v, free):
-    """|v| = |two + R_3 three|: both angles q_3; returns as ``angles_to_plane``."""
+    """|v| = |two + R_3 three|: both angles q_3, in the form of ``angles_to_plane``."""
     return angles_to_sphere_in_frame((-three[0], -three[1]), two, v[0] * v[0] + v[1] * v[1], free)
 
 
 @kernel
 def shoulder_angle(two, three, third, v, free):
-    """v = R_2 (two + R_3 three): q_2; how well it is determined; and what is missed, the square of its length."""
+    """v = R_2 (two + R_3 three): q_2, its determination, and the squared length of the error."""
     moved = turned(third, three)
     bent = two[0] + moved[0], two[1] + moved[1], 0.0
     second, sure = angle_onto_in_frame(bent, v, free)
@@ -60,9 +60,9 @@ def four_angles(first, fifth, sixth, bend):
 
 @kernel
 def links(table, both, v, angles, row, branches, known):
-    """Write n branches from that row on: ``angles`` are q_1, q_5, q_6 and q_2 + q_3 + q_4; v without what is behind joint 4.
+    """Write n branches from this row on; angles: q_1, q_5, q_6 and q_2 + q_3 + q_4.
 
-    both: two and three; known: ``branch_records.Sure``.
+    both: two and three. v: Without the part behind joint 4. known: ``branch_records.Sure``.
     """
     (two, three), (missed, near, sure, apart) = both, known
     sign_rows, n, free_rows, q_rows, known_rows = branches
@@ -118,7 +118,7 @@ def to_wrist(table):
 
 @kernel
 def in_wrist(columns, angle, r):
-    """F_4' F_2 times a matrix r of the frame of axis 2, turned back about that: three rows."""
+    """F_4' F_2 times a matrix r of the frame of axis 2, rotated back about the axis: three rows."""
     s, c = angle
     x, y, z = r
     x, y = (

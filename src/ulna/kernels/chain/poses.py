@@ -1,8 +1,8 @@
-"""Computes the pose of a joint, of a chain's end and of all joints of a tree.
+"""Computes the poses of a joint, of a chain's end and of all joints of a tree.
 
-A joint turns by an angle, whose sine and cosine are needed, or slides by a length. For eight configurations of a chain these are
-computed for all joints first, and then the poses. A sine is a long chain of operations, each of which waits for the one before; a
-processor begins the next joint's meanwhile if they are next to each other, with no products of poses between them.
+A joint rotates by an angle, which needs a sine and a cosine, or slides by a length. For eight configurations of a chain, the
+values of all joints are computed first, and then the poses. A sine is a long chain of dependent operations. A processor overlaps
+the sines of several joints if no products of poses lie between them.
 """
 
 from ulna.engine.decorators import kernel
@@ -22,7 +22,7 @@ from ulna.kernels.spatial.se3 import (
 
 @kernel
 def joint_value(table, i, q_rows):
-    """By how much joint i turns or slides at the configuration q."""
+    """The angle or length of joint i at the configuration q."""
     return load(q_rows, int(table[i, COLUMN])) * table[i, RATIO] + table[i, OFFSET]
 
 
@@ -49,10 +49,12 @@ def chain_pose(chain, q_rows):
 
 @kernel
 def joint_turns(chain, q_rows, turn_rows):
-    """Write, for joint i, the sine and the cosine of its angle to rows 2 i and 2 i + 1; a length that it slides to row 2 i.
+    """Write the sine and cosine of each revolute joint, and the length of each prismatic one.
 
-    The values come first, in a loop of their own: which entry of q moves a joint is read from the table. If a sine had to
-    wait for that, the processor could not begin the next joint's sine meanwhile.
+    Joint i has the rows ``2 i`` and ``2 i + 1``; a length is in row ``2 i``.
+
+    The values come first, in a loop of their own: the table gives the entry of q of each joint. If a sine had to wait for this
+    look-up, the processor could not overlap it with the next joint's sine.
     """
     for i in range(chain.shape[0]):
         if int(chain[i, KIND]) != FIXED:
@@ -66,7 +68,7 @@ def joint_turns(chain, q_rows, turn_rows):
 
 @kernel
 def turned_joint_pose(chain, i, turn_rows):
-    """``joint_pose`` by what ``joint_turns`` wrote."""
+    """``joint_pose`` from the output of ``joint_turns``."""
     kind = int(chain[i, KIND])
     origin = constant_pose(chain, i, load(turn_rows, 0))
     if kind == FIXED:
@@ -78,7 +80,7 @@ def turned_joint_pose(chain, i, turn_rows):
 
 @kernel
 def turned_chain_pose(chain, turn_rows):
-    """``chain_pose`` by what ``joint_turns`` wrote."""
+    """``chain_pose`` from the output of ``joint_turns``."""
     pose = turned_joint_pose(chain, 0, turn_rows)
     for i in range(1, chain.shape[0]):
         pose = compose(pose, turned_joint_pose(chain, i, turn_rows))
@@ -87,7 +89,7 @@ def turned_chain_pose(chain, turn_rows):
 
 @kernel
 def tree_poses(joints, q_rows, joint_rows):
-    """Write the pose of every joint of the table (parents come before their children) to joint_rows."""
+    """Write the pose of every joint of the table to joint_rows. Parents come before their children."""
     for i in range(joints.shape[0]):
         pose = joint_pose(joints, i, q_rows)
         parent = int(joints[i, PARENT])

@@ -1,12 +1,13 @@
 """Solves six revolute joints whose first equation is a quartic.
 
-Two families, in the notation of ``three_parallel`` and ``spherical_wrist``. Each has two equations that are linear in the sines
-and cosines of q_1 and of one other angle, and so is a pair of circles (``two_circles``); what is left is as in those.
+There are two families, in the notation of ``three_parallel`` and ``spherical_wrist``. Each has two equations that are linear in
+the sines and cosines of q_1 and of one other angle: a pair of circles (``two_circles``). The rest is as in those modules.
 
-1. Axes 2, 3 and 4 parallel, P_5 the way from axis 5 to axis 6: what lies behind axis 2 moves in planes normal to h_2, and turns
-   about h_2: h_2 . R_1' p - h_2 . (P_1 + .. + P_4) = h_2 . R_5 P_5, and h_2 . R_1' R h_6 = h_2 . R_5 h_6: q_1 and q_5.
-2. A spherical wrist behind any three axes: R_2 (P_2 + R_3 P_3) = R_1' p - P_1, whose length and whose part along h_2 do not
-   depend on q_2: q_1 and q_3 (Pieper 1968; subproblem 5 of Elias and Wen, IK-Geo, 2022).
+1. Axes 2, 3 and 4 are parallel, and P_5 is the vector from axis 5 to axis 6. Everything behind axis 2 moves in planes normal to
+   h_2, and rotates about h_2. The equations h_2 . R_1' p - h_2 . (P_1 + .. + P_4) = h_2 . R_5 P_5 and h_2 . R_1' R h_6 = h_2 .
+   R_5 h_6 give q_1 and q_5.
+2. A spherical wrist behind any three axes: R_2 (P_2 + R_3 P_3) = R_1' p - P_1. Its length and its component along h_2 do not
+   depend on q_2. They give q_1 and q_3 (Pieper 1968; subproblem 5 of Elias and Wen, IK-Geo, 2022).
 """
 
 from ulna.engine.decorators import kernel
@@ -23,21 +24,26 @@ from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, passing
 from ulna.kernels.spatial.elementary import full_circle_angle, minimum
 from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate
 
-_ROWS_OFF = 1e-12  # what two rows are off by: the axes of an exact form may miss by that
+_ROWS_OFF = 1e-12  # error of two rows: the axes of an exact form may miss by that
 _ROUNDING = 1e-15  # of the squares of u and B
-_COMPLEX, _IN_DOUBT = -1.0, -1e-40  # of a pair that is not real, as ``apart`` is compared (``accuracy``)
+_COMPLEX, _IN_DOUBT = -1.0, -1e-40  # values of ``apart`` for a pair that is not real (``accuracy``)
 
 
 @kernel
 def parts(h, k, v):
-    """h . rot(k, angle) v as a number, and the factors of the cosine and of the sine."""
+    """h . rot(k, angle) v as a constant, and the factors of the cosine and of the sine."""
     still = dot(h, k) * dot(k, v)
     return still, dot(h, v) - still, dot(h, cross(k, v))
 
 
 @kernel
 def circles(first, second, left_1, left_2):
-    """u, the columns of B, and |L^-1|^2 for first + (a_1, a_2) . x_1 = left . y in two rows L; parts are numbers or lanes."""
+    """u, the columns of B, and |L^-1|^2, from two equations with the rows L.
+
+    An equation is ``first + (a_1, a_2) . x_1 = left . y``.
+
+    Parts are numbers or lanes.
+    """
     det = left_1[1] * left_2[2] - left_1[2] * left_2[1]
     r = 1.0 / det
     i_11, i_12, i_21, i_22 = left_2[2] * r, -left_1[2] * r, -left_2[1] * r, left_1[1] * r
@@ -56,9 +62,9 @@ def square_of_size(u, v):
 
 @kernel
 def first_of_circles(near, p, u, b_1, b_2, inverse):
-    """``near`` behind y = u - B x (``accuracy``), the pencil, and which of its lines pass the circle for certain.
+    """``near`` for y = u - B x, the pencil, and masks of its lines that surely miss the circle.
 
-    u and B are off by |L^-1| times what the two rows are; y by up to |B| times what x is off by.
+    The error of u and B is |L^-1| times that of the two rows. The error of y is up to |B| times that of x.
     """
     of_b = square_of_size(b_1, b_2)
     axes, form, lines, size = pencil(u, b_1, b_2)
@@ -69,7 +75,7 @@ def first_of_circles(near, p, u, b_1, b_2, inverse):
 
 @kernel
 def one_of_pencil(near, both, passing_lines, line, sign, free):
-    """An angle of the first circle; ``near`` behind it, how well it is determined, and ``apart`` as it is compared."""
+    """An angle of the first circle, ``near`` after it, its determination, and the compared value of ``apart``."""
     axes, form, lines, size = both
     angle, sure, slope, is_root = angle_of_pair(axes, form, lines, size, line, sign, free)
     near, sure, apart = accuracy(near, sure, slope, DOUBLE_OF_QUARTIC)
@@ -97,7 +103,7 @@ def offset_hand(table, motion, p, branches):
             fifth = other_of_pair(u, b_1, b_2, first)
             v, whole = behind_first(table, first, p, last)
             reach = in_frame(table, OF_2, 1, plus(p4, turn(h5, fifth, p5)))
-            # Where it is singular the quartic has a double root.
+            # At a singular hand the quartic has a double root.
             bend, sixth, missed, sure, near = hand(table, whole, v, reach, fifth, (near_1, HARDLY_DETERMINED), free_rows)
             angles = four_angles(first, fifth, sixth, bend)
             rest, row = minus(v, turned(bend, reach)), (i * n + j) * n

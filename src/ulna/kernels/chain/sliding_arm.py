@@ -1,15 +1,17 @@
-"""Solves arms with a spherical wrist whose first three joints slide, one, two or all of them.
+"""Solves arms with a spherical wrist and one, two or three prismatic joints among the first three.
 
-The position of the wrist's center is p = M_1 (P_1 + M_2 (P_2 + M_3 P_3)), where M_i v = R_i v for a joint that turns, and
-v + d_i h_i for one that slides. It gives the first three joints, then the rotation the others, as in ``spherical_wrist``.
+The position of the wrist's center is p = M_1 (P_1 + M_2 (P_2 + M_3 P_3)). M_i v is R_i v for a revolute joint, and v + d_i h_i
+for a prismatic one. This equation gives the first three joints; the rotation gives the others, as in ``spherical_wrist``.
 
-1. One slide before or behind two axes that are parallel: along these only the slide moves p, so its place is linear in p.
-2. One slide before or behind two axes that intersect: the slide brings one point to a given distance from another, in two places.
-   The two angles that are left are those of ``spherical_wrist.inner_angles``.
-3. Two slides and a turn: the slides move p in a plane, the turn brings it there, at two angles (subproblem 4).
-4. Three slides: linear.
+1. One prismatic joint before or behind two parallel axes: along these only the prismatic joint moves p, so its position is linear
+   in p.
+2. One prismatic joint before or behind two intersecting axes: it brings one point to a given distance from another, at two
+   positions. ``spherical_wrist.inner_angles`` gives the two remaining angles.
+3. Two prismatic joints and a revolute one: the prismatic joints move p in a plane, and the rotation brings it there, at two
+   angles (subproblem 4).
+4. Three prismatic joints: linear equations.
 
-Where an equation is linear the sign that chooses among its solutions has to be 1.
+If an equation is linear, the sign that chooses among its solutions must be 1.
 """
 
 from ulna.engine.decorators import kernel
@@ -41,13 +43,16 @@ from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, plus
 
 @kernel
 def sliding_arm(table, motion, p, branches):
-    """Write all branches. motion: G of ``closed_form``; p: from the point on joint 1 to the wrist's center."""
+    """Write all branches.
+
+    motion: G of ``closed_form``. p: The vector from the point on joint 1 to the wrist's center.
+    """
     last, sign_rows, n, free_rows = end_frame(table, motion), branches.sign_rows, branches.n, branches.free_rows
     for i in range(n):
         for j in range(n):
             joints, missed, sure, apart, near = first_joints(table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows)
             first, second, third = joints
-            apart = where(missed > 0.0, -1.0, apart)  # a sign that chooses nothing makes a branch none
+            apart = where(missed > 0.0, -1.0, apart)  # if a sign has no choice, its second branch is invalid
             missed = missed + position_square(table, p, first, second, third)
             whole, row = behind_arm(table, first[:2], second[:2], third[:2], last), (i * n + j) * n
             angles = joint_value(first), joint_value(second), joint_value(third)
@@ -56,19 +61,19 @@ def sliding_arm(table, motion, p, branches):
 
 @kernel
 def joint_value(joint):
-    """The angle of a joint, or its way."""
+    """The angle or the length of a joint."""
     return full_circle_angle(joint[0], joint[1]) + joint[2]
 
 
 @kernel
 def turned(angle, like):
-    """A joint that turns: the sine and cosine of its angle, and no way."""
+    """A revolute joint: the sine and cosine of its angle, and the length 0."""
     return angle[0], angle[1], 0.0 * like
 
 
 @kernel
 def slid(way):
-    """A joint that slides."""
+    """A prismatic joint: the sine and cosine of the angle 0, and its length."""
     return 0.0 * way, 0.0 * way + 1.0, way
 
 
@@ -80,7 +85,7 @@ def moved(h, joint, v):
 
 @kernel
 def position_square(table, p, first, second, third):
-    """What the joints miss of p: the square of its length."""
+    """The squared error of p by the joints."""
     v = plus(tabled(table, POINTS + 2), moved(tabled(table, AXES + 2), third, tabled(table, POINTS + 3)))
     v = plus(tabled(table, POINTS + 1), moved(tabled(table, AXES + 1), second, v))
     e = minus(moved(tabled(table, AXES), first, v), p)
@@ -89,7 +94,7 @@ def position_square(table, p, first, second, third):
 
 @kernel
 def way_to_sphere(u, h, square, sign):
-    """The way for which |u + way h|^2 is ``square``, one of two; and the discriminant."""
+    """One of the two lengths for which |u + way h|^2 is ``square``; and the discriminant."""
     b = dot(u, h)
     discriminant = b * b - dot(u, u) + square
     return sign * sqrt(maximum(discriminant, 0.0)) - b, discriminant
@@ -97,7 +102,7 @@ def way_to_sphere(u, h, square, sign):
 
 @kernel
 def ways_in_plane(w, h, k):
-    """The ways for which a h + b k comes nearest to w."""
+    """The lengths a and b for which a h + b k is nearest to w."""
     n = cross(h, k)
     r = 1.0 / dot(n, n)
     return dot(n, cross(w, k)) * r, dot(n, cross(h, w)) * r
@@ -105,7 +110,10 @@ def ways_in_plane(w, h, k):
 
 @kernel
 def inner_pair(table, family, p, v, near, sign, free_rows):
-    """The two angles of ``spherical_wrist.inner_angles`` and ``other_angle``; how well determined, how far apart; ``near``."""
+    """The two angles of ``spherical_wrist.inner_angles`` and ``other_angle``, their accuracy, and ``near`` after them.
+
+    The accuracy is the determination and the distance of the roots.
+    """
     both, sure, apart = inner_angles(table, family, p, v, free_rows)
     inner = one_of_two(both, sign)
     other, size = other_angle(table, family, p, v, inner, free_rows)
@@ -115,9 +123,9 @@ def inner_pair(table, family, p, v, near, sign, free_rows):
 
 @kernel
 def first_joints(table, p, sign_1, sign_2, free_rows):
-    """Steps 1 to 4: three joints; what is missed where a sign chooses nothing; how well determined; how far apart.
+    """Steps 1 to 4: three joints; an error if a sign has no choice; determination; root distance; ``near``.
 
-    And ``near`` behind them (``accuracy``).
+    ``near`` is that after the three joints (``accuracy``).
     """
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)

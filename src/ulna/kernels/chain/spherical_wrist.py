@@ -1,16 +1,17 @@
-"""Solves six revolute joints: a spherical wrist, two axes before it parallel or intersecting.
+"""Solves six revolute joints: a spherical wrist, with two parallel or intersecting axes before it.
 
-The position of the wrist's center gives the first three angles, then the rotation the others.
+The position of the wrist's center gives the first three angles, then the rotation gives the others. In vectors: p = R_1 (P_1 +
+R_2 (P_2 + R_3 P_3)); R_i = rot(h_i, q_i); p is the vector from the point on the first axis to the center.
+
+1. One equation gives one of the first three angles alone (``outer_angle``), with two solutions.
+2. The other two follow (``inner_angles``), with two solutions each.
+3. R_3' R_2' R_1' R = R_4 R_5 R_6 gives q_5 by h_4 . (..) h_6, with two solutions, then q_4. q_6 comes from the whole rotation, so
+   it compensates the error of q_4 at the wrist's singularity. The rotation is the matrix W = F_4' R_3' R_2' R_1' R F_6 in the
+   frames of axes 4 and 6.
+
+If axes 2 and 3 are parallel behind a first revolute one, steps 1 and 2 are in the frame of axis 2 (``parallel_wrist``).
 
 Source: Pieper (1968); Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuelz and Althoff, EAIK (2024), for the families.
-In vectors: p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)), R_i = rot(h_i, q_i), with p from the point on the first axis to the center.
-
-1. One of the first three angles by one equation in it alone (``outer_angle``): two of them.
-2. The other two (``inner_angles``): two pairs each.
-3. R_3' R_2' R_1' R = R_4 R_5 R_6 gives q_5 by h_4 . (..) h_6, two of them, then q_4, and q_6 from the whole rotation: so it makes
-   good what q_4 lacks at the wrist's singularity. It is the matrix W = F_4' R_3' R_2' R_1' R F_6 in the frames of axes 4 and 6.
-
-Where axes 2 and 3 are parallel behind a first one that turns, steps 1 and 2 are in the frame of axis 2 (``parallel_wrist``).
 """
 
 from ulna.engine.decorators import kernel
@@ -60,7 +61,10 @@ from ulna.kernels.spatial.vectors import cross, dot, minus, plus, transposed_tim
 
 @kernel
 def spherical_wrist(table, motion, p, branches):
-    """Write all branches. motion: G of ``closed_form``; p: from the point on axis 1 to the wrist's center."""
+    """Write all branches.
+
+    motion: G of ``closed_form``. p: The vector from the point on axis 1 to the wrist's center.
+    """
     sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     family, last = int(table[FORM, FAMILY]), end_frame(table, motion)
     outers, sure_1, apart_1 = outer_angles(table, p, free_rows)
@@ -87,7 +91,10 @@ def spherical_wrist(table, motion, p, branches):
 
 @kernel
 def wrist(table, whole, angles, row, branches, known):
-    """Step 3: write n branches from that row on. whole: W; ``angles`` are q_1, q_2 and q_3; known: ``branch_records.Sure``."""
+    """Step 3: write n branches from this row on.
+
+    whole: W. angles: q_1, q_2 and q_3. known: ``branch_records.Sure``.
+    """
     (sign_rows, n, free_rows, q_rows, known_rows), (missed, near, sure, apart) = branches, known
     h4, h5, h6, axis = tabled(table, AXES + 3), tabled(table, AXES + 4), tabled(table, AXES + 5), column(whole, 2)
     bends, free = (table[BENDS, 0], table[BENDS, 1]), table[BENDS, FREE_WRIST]
@@ -138,7 +145,7 @@ def position_square(table, p, first, second, third):
 
 @kernel
 def outer_angles(table, p, free_rows):
-    """Step 1: q_1, or q_3, both; how well they are determined, and how far apart they are."""
+    """Step 1: both solutions of q_1 or q_3, their determination, and the distance of the roots."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     family = int(table[FORM, FAMILY])
@@ -162,7 +169,7 @@ def behind_outer(table, p, outer):
 
 @kernel
 def inner_angles(table, family, p, v, free_rows):
-    """Step 2: q_3, or q_2 where q_3 is the outer one, both; how well they are determined, and how far apart they are."""
+    """Step 2: both solutions of q_3, or of q_2 if q_3 is the outer angle; determination; distance of the roots."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     if family == PARALLEL_23:  # |v| = |P_2 + R_3 P_3|
@@ -176,7 +183,7 @@ def inner_angles(table, family, p, v, free_rows):
 
 @kernel
 def other_angle(table, family, p, v, inner, free_rows):
-    """Step 2: q_2, or q_1 where q_3 is the outer one; and how well it is determined."""
+    """Step 2: q_2, or q_1 if q_3 is the outer angle; and its determination."""
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
     if family == INTERSECTING_12:

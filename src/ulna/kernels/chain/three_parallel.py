@@ -1,16 +1,21 @@
-"""Solves arms of six revolute joints whose axes 2, 3 and 4 are parallel and 5 and 6 intersect.
+"""Solves six revolute joints with axes 2, 3 and 4 parallel, and axes 5 and 6 intersecting.
 
-So are Universal Robots' arms. The angle of axes 2, 3 and 4 together is that of R_2 R_3 R_4 = rot(h_2, bend).
+Universal Robots' arms are of this kind.
+
+``bend`` is the sum of the angles of axes 2, 3 and 4: R_2 R_3 R_4 = rot(h_2, bend).
+
+1. h_2 . R_1' p = h_2 . (P_1 + P_2 + P_3 + P_4) gives q_1, with two solutions: everything behind axis 2 moves in planes.
+2. h_2 . R_1' R h_6 = h_2 . R_5 h_6 gives q_5, with two solutions; R_6' R_5' h_2 = R' R_1 h_2 gives q_6, and the whole rotation
+   ``bend``.
+3. If sin q_5 = 0, axes 2 to 4 and 6 are parallel, and only ``bend`` and q_6 together are determined. Then q_6 takes the free
+   value, unless the two links do not reach. In this case ``bend`` is the nearest value for which they are just stretched or
+   folded.
+4. R_1' p - P_1 - rot(h_2, bend) P_4 = R_2 (P_2 + R_3 P_3): its length gives q_3, with two solutions, and its direction q_2.
+
+All steps but the first are in the frames F_2 and F_6 of axes 2 and 6 (``closed_form_rows``, ``parallel_links``). W = F_2' R_1' R
+F_6 is a matrix, for each q_1.
 
 Source: Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuelz and Althoff, EAIK (2024).
-1. h_2 . R_1' p = h_2 . (P_1 + P_2 + P_3 + P_4) gives q_1, two of them: what lies behind axis 2 moves in planes.
-2. h_2 . R_1' R h_6 = h_2 . R_5 h_6 gives q_5, two of them; R_6' R_5' h_2 = R' R_1 h_2 gives q_6, and the whole rotation ``bend``.
-3. Where sin q_5 = 0 the axes 2 to 4 and 6 are parallel, and only ``bend`` and q_6 together are determined: q_6 is the free one,
-   unless the two links do not reach then; if so ``bend`` is the nearest for which they are just stretched or folded.
-4. R_1' p - P_1 - rot(h_2, bend) P_4 = R_2 (P_2 + R_3 P_3): its length gives q_3, two of them, its direction q_2.
-
-All but step 1 is in the frames F_2 and F_6 of axes 2 and 6 (``closed_form_rows``, ``parallel_links``): W = F_2' R_1' R F_6 is a
-matrix, for each q_1.
 """
 
 from ulna.engine.decorators import kernel
@@ -44,12 +49,15 @@ from ulna.kernels.chain.subproblems import (
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.vectors import dot, minus, plus, times, transposed_times
 
-SINGULAR = 1e-40  # of the fourth power of sin q_5, by ``sure_behind``
+SINGULAR = 1e-40  # of the fourth power of sin q_5, after ``sure_behind``
 
 
 @kernel
 def three_parallel(table, motion, p, branches):
-    """Write all branches. motion: G of ``closed_form``; p: from the point on axis 1 to that on axis 6."""
+    """Write all branches.
+
+    motion: G of ``closed_form``. p: The vector from the point on axis 1 to the point on axis 6.
+    """
     sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     h1, h2, h5, h6 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 4), tabled(table, AXES + 5)
     p1, p2, p3, p4 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3), tabled(table, POINTS + 4)
@@ -78,10 +86,10 @@ def three_parallel(table, motion, p, branches):
 
 @kernel
 def hand(table, whole, v, reach, fifth, limits, free_rows):
-    """Steps 2 and 3 for an angle q_5: ``bend`` and q_6; what is missed of the rotation; how well determined; ``near`` behind.
+    """Steps 2 and 3 for an angle q_5: ``bend`` and q_6; squared rotation error; determination; and ``near`` after them.
 
-    whole: W; v and reach: R_1' p - P_1 and P_4 (or P_4 + R_5 P_5) in the frame of axis 2; limits: ``near`` of q_5, and what
-    ``sure`` is below where it is singular.
+    whole: W. v and reach: R_1' p - P_1 and P_4 (or P_4 + R_5 P_5) in the frame of axis 2. limits: ``near`` of q_5, and the value
+    of ``sure`` below which the hand is singular.
     """
     near_5, singular = limits
     across, along = fifth_row(table, 0, fifth), fifth_row(table, 2, fifth)  # R_5' n_2 and R_5' h_2, in the frame of axis 6
@@ -99,7 +107,7 @@ def hand(table, whole, v, reach, fifth, limits, free_rows):
 
 @kernel
 def within_reach(table, whole, v, reach, angles, singular):
-    """Step 3: ``bend`` and q_6, where the mask is true and the two links do not reach. angles: q_5, q_6 and ``bend``."""
+    """Step 3: ``bend`` and q_6 in singular lanes where the two links do not reach. angles: q_5, q_6 and ``bend``."""
     (two, three), (fifth, sixth, bend) = two_links(table), angles
     # |two + R_3 three|^2 is between middle - half and middle + half.
     square_2, square_3 = two[0] * two[0] + two[1] * two[1], three[0] * three[0] + three[1] * three[1]

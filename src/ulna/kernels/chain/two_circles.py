@@ -1,21 +1,22 @@
-"""Finds two unit vectors of the plane with y = u - B x, of which there are up to four pairs.
+"""Finds the pairs of plane unit vectors x and y with ``y = u - B x``, up to four.
 
-It is subproblem 6 of Elias and Wen (IK-Geo, 2022, section 3): two equations linear in the sines and cosines of two angles. There
-it is a quartic; here, its geometry: the image of one circle, an ellipse, meets another circle. The angle of x is theta.
+This is subproblem 6 of Elias and Wen (IK-Geo, 2022, section 3): two equations linear in the sines and cosines of two angles. They
+solve a quartic; here its geometry is used: the image of one circle, an ellipse, meets another circle. The angle of x is theta.
 
-1. |u - B x|^2 - 1 = k + a cos + b sin + d cos 2 theta, with d >= 0, for axes along which B'B is diagonal; divided by its size.
-2. To it lambda (cos^2 + sin^2 - 1) is added, which is 0. For a root lambda of a cubic what results is a product of two lines (the
-   resolvent of Ferrari's solution of the quartic). The cubic is >= 0 at -d and <= 0 at d: it has a root between them, and there
-   the lines are real: alpha cos -+ beta sin + (n_a +- n_b) = 0 with alpha^2 = lambda + d, beta^2 = d - lambda,
-   n_a = a / (2 alpha), n_b = b / (2 beta), n_a^2 - n_b^2 = k - lambda. Newton's method within the bracket finds it.
-3. Each line meets the circle in two points: subproblem 4. One sign chooses the line, one the point.
-4. Newton steps of step 1 give back the digits that are lost where a line is ill determined.
-5. The number of roots is that of the exact equation, if rounding cannot have moved it across an equation with a double root.
-   With both lines divided by their size the discriminant of step 1 is that of one line times that of the other times the square
-   of their resultant. A line passes the circle for certain if its own times the square of the resultant is more than what the
-   equation is off by; or, where both lines pass it, the product of their own: a lower bound of step 1 all around. Where all
-   roots are within a small angle r, all that is for the angle as a share of r: their own are r^2, the resultant r^4, and the
-   equation r^4 times what they are of that share.
+1. Choose axes along which B'B is diagonal. There |u - B x|^2 - 1 = k + a cos + b sin + d cos 2 theta, with d >= 0; it is
+   divided by its size.
+2. Add lambda (cos^2 + sin^2 - 1), which is 0. For a root lambda of a cubic the sum is a product of two lines (the resolvent of
+   Ferrari's solution of the quartic). The cubic is >= 0 at -d and <= 0 at d, so it has a root between. The lines are real there:
+   alpha cos -+ beta sin + (n_a +- n_b) = 0; alpha^2 = lambda + d; beta^2 = d - lambda; n_a = a / (2 alpha); n_b = b / (2 beta);
+   n_a^2 - n_b^2 = k - lambda. Newton's method within the bracket finds the root.
+3. Each line meets the circle in two points (subproblem 4). One sign chooses the line, one the point.
+4. Newton steps on the equation of step 1 restore the digits lost by ill-conditioned lines.
+5. The number of roots is that of the exact equation, unless rounding can have moved it across an equation with a double root.
+   With both lines normalized, the discriminant of step 1 is the product of the lines' discriminants and the square of their
+   resultant. A line certainly misses the circle in two cases. Either its own discriminant times the square of the resultant
+   exceeds the error of the equation. Or both lines miss it, and the product of their discriminants exceeds the error: this is a
+   lower bound of the equation's left side for every angle. If all roots are within a small angle r, these values scale for the
+   angle as a share of r: discriminants by r^2, the resultant by r^4, and the equation by r^4.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -24,17 +25,20 @@ from ulna.kernels.chain.subproblems import angles_of_two, one_of_two
 from ulna.kernels.spatial.elementary import maximum, minimum
 
 _STEPS, _NEWTON_STEPS = 40, 3
-_STRAIGHT = 1e-13  # of d: below it there is one line, and no other
-_DAMPING = 1e-16  # of the square of a slope: at a double root value and slope are what rounding leaves, and so is their ratio
-_FOUND = 1e-14  # of step 1 before the last step; else the line is not known well enough
-_FAR = 1e-4  # rad: a longer Newton step is none towards this root
-_CERTAIN = 10.0  # times what the equation is off by
-_MEETS = -1e-10  # of the discriminant: a line that passes the circle has no root, and Newton's would be that of another line
+_STRAIGHT = 1e-13  # of d: below it there is only one line
+_DAMPING = 1e-16  # of the square of a slope: at a double root value and slope are rounding, and so is their ratio
+_FOUND = 1e-14  # value of step 1 before the last step, above which the line is not accurate enough
+_FAR = 1e-4  # rad: a longer Newton step does not lead to this root
+_CERTAIN = 10.0  # times the error of the equation
+_MEETS = -1e-10  # of the discriminant: a line that misses the circle has no root, and Newton steps would find another line's root
 
 
 @kernel
 def pencil(u, b_1, b_2):
-    """Steps 1 and 2: the axes (cos and sin), (k, a, b, d), (alpha, beta, n_a, n_b), and the size; B = (b_1, b_2), its columns."""
+    """Steps 1 and 2: the axes (cos and sin), (k, a, b, d), (alpha, beta, n_a, n_b), and the size.
+
+    b_1, b_2: The columns of B.
+    """
     g_11, g_12, g_22 = b_1[0] * b_1[0] + b_1[1] * b_1[1], b_1[0] * b_2[0] + b_1[1] * b_2[1], b_2[0] * b_2[0] + b_2[1] * b_2[1]
     e = 0.5 * (g_11 - g_22)
     d = sqrt(e * e + g_12 * g_12)
@@ -66,7 +70,7 @@ def lines_of(k, a, b, d):
         inside = (newton >= low) & (newton <= high) & (abs(slope) > 0.0)
         x = where(inside, newton, 0.5 * (low + high))
     alpha, beta = sqrt(maximum(d + x, 0.0)), sqrt(maximum(d - x, 0.0))
-    # Of n_a and n_b that of the larger factor first; the other by its quotient or from the first, by which fewer digits are lost.
+    # The n of the larger factor comes first. The other follows by its quotient or from the first, whichever is more accurate.
     small_alpha = alpha < beta
     larger, smaller = where(small_alpha, beta, alpha), where(small_alpha, alpha, beta)
     of_larger, of_smaller = where(small_alpha, b, a), where(small_alpha, a, b)
@@ -84,7 +88,7 @@ def lines_of(k, a, b, d):
 
 @kernel
 def angle_of_pair(axes, form, lines, size, line, sign, free):
-    """Steps 3 and 4: theta of two signs; how well it is determined; the square of its slope; and whether it is a root."""
+    """Steps 3 and 4: theta for two signs; determination; the square of the slope; whether it is a root."""
     (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
     straight = d < _STRAIGHT
     a_c, a_s = where(straight, a, alpha), where(straight, b, -line * beta)
@@ -111,7 +115,7 @@ def angle_of_pair(axes, form, lines, size, line, sign, free):
 
 @kernel
 def passing(form, lines, off):
-    """Step 5: whether the first line, and the second, passes the circle for certain; off: what step 1 is off by."""
+    """Step 5: masks of the first and second line that certainly miss the circle; off: the error of step 1."""
     (k, a, b, d), (alpha, beta, n_a, n_b) = form, lines
     straight = d < _STRAIGHT
     amplitude = sqrt(where(straight, a * a + b * b, 2.0 * d))
@@ -132,7 +136,7 @@ def passing(form, lines, off):
 
 @kernel
 def other_of_pair(u, b_1, b_2, angle):
-    """The angle of y, made a unit vector: its sine and cosine."""
+    """The angle of y, normalized: its sine and cosine."""
     s, c = angle
     x, y = u[0] - b_1[0] * c - b_2[0] * s, u[1] - b_1[1] * c - b_2[1] * s
     square = x * x + y * y

@@ -1,28 +1,28 @@
-"""Bounds how far the bodies of each joint move in an interval of an edge.
+"""Bounds the motion of each joint's bodies in an interval of an edge.
 
-On q(t) = q_a + t (q_b - q_a) a point p of a body moves by no more than h |p'(c)| + h^2 / 2 max |p''| from the middle c of an
-interval to its ends, h away (Taylor). Its velocity at the middle is exact. With r_k the rate of joint k, and M_k the greatest
-distance that p can have from the axis of k (1 if k slides),
+On q(t) = q_a + t (q_b - q_a), let c be the middle of an interval and h its half length. By Taylor's theorem, a point p of a body
+moves from c by at most h |p'(c)| + h^2 / 2 max |p''|. Its velocity at the middle is exact. With r_k the rate of joint k, and M_k
+the maximum distance of p from the axis of k (1 if k is prismatic),
 
-    |p''| <= sum over k of |r_k| M_k (2 W_k + |r_k|),   W_k the sum of |r_i| of the joints i that carry k and turn,
+    |p''| <= sum over k of |r_k| M_k (2 W_k + |r_k|),   W_k the sum of |r_i| of the revolute joints i that carry k.
 
-since the derivative of dp/dq_k by a joint i that carries k turns that vector about the axis of i; |r_k| counts only where k
-turns. The sum of |r_k| M_k bounds |p'| everywhere, and the smaller of the two bounds is taken. Seen from a joint that carries two
-bodies, both move by the joints behind it alone: that bounds how much their distance changes.
+The reason: a joint i that carries k rotates the vector dp/dq_k about the axis of i. The last |r_k| counts only if k is revolute.
+The sum of |r_k| M_k bounds |p'| everywhere, and the smaller of the two bounds is taken. Seen from a joint that carries two
+bodies, only the joints behind it move the bodies. This bounds the change of their distance.
 
-The distance of a point from a convex body is a convex function of the point, and that of two points one of their difference. So
-it stays above its tangent at the middle: with n its gradient there,
+The distance between a point and a convex body is a convex function of the point. The distance of two points is one of their
+difference. So the distance stays above its tangent at the middle. With n its gradient there,
 
     d(t) >= d(c) - h |n . p'(c)| - h^2 / 2 max |p''|.
 
-Only the part of the velocity along the line between the two counts at first order; where the gradient is that of a point to
-which rounding has moved p, the inequality holds but for that rounding. A ball that turns about its own center stays where it is.
+To first order only the velocity along the line between the two counts. If rounding has moved p, the gradient belongs to the moved
+point, and the inequality holds up to that rounding. A ball that rotates about its own center does not move.
 
-A bound on the rounding errors is added to the motion: for each body a fraction of all lengths between it and the base, and the
-rounding of each angle of q(t) times the lever arm of its joint.
+A bound on the rounding errors is added to the motion. For each body it has two parts: a fraction of all lengths between it and
+the base, and the rounding of each angle of q(t) times the lever arm of its joint.
 
 Source of the idea of the second-order bound: Redon, Kheddar and Coquillart, Fast continuous collision detection between rigid
-bodies (Eurographics 2002); the bound is that of the product of exponentials (Murray, Li and Sastry 1994, chapter 3).
+bodies (Eurographics 2002). The bound itself follows from the product of exponentials (Murray, Li and Sastry 1994, chapter 3).
 """
 
 from ulna.engine.decorators import kernel
@@ -48,17 +48,17 @@ from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import add_scaled, cross, dot, load_vector, minus, origin, plus, store_vector, transform, z_axis
 
-ROUNDING = 1e-12  # of the lengths between a body and the base: more than poses and gaps lose to it
-ANGLE = 2e-15  # of an angle: more than the line in q, a mimic's ratio and the reduction of many turns lose to rounding
-INSTANT = 1e-15  # of t: neighboring intervals may leave out so much between them
-MIN_DISTANCE = 1e-150  # [m]: what is divided by; points nearer than rounding are not found clear
+ROUNDING = 1e-12  # of the lengths between a body and the base: larger than the rounding of poses and gaps
+ANGLE = 2e-15  # of an angle: larger than the rounding of the line in q, of a mimic's ratio and of the reduction of many turns
+INSTANT = 1e-15  # of t: rounding may leave gaps up to this between neighboring intervals
+MIN_DISTANCE = 1e-150  # [m]: lower bound of divisors; points nearer than rounding are never clear
 
 
 @kernel
 def write_motion(joints, q_a, q_b, spread, carried):
-    """Write rates, turns, speeds, bends and slacks of an edge, or of all that lies within ``spread`` of it in each entry of q.
+    """Write rates, turns, speeds, bends and slacks of an edge.
 
-    spread: (n_dof,) [rad or m].
+    With a spread, the bounds hold for all configurations within ``spread``, shape (n_dof,) [rad or m], of the edge.
     """
     write_steps(joints, q_a, q_b, spread, carried.steps)
     balls = carried.balls
@@ -69,7 +69,7 @@ def write_motion(joints, q_a, q_b, spread, carried):
 
 @kernel
 def write_steps(joints, q_a, q_b, spread, steps):
-    """Write how each joint moves along an edge, or along all that lies within ``spread`` of it in each entry of q."""
+    """Write the motion of each joint along an edge, or along all lines within ``spread`` of it."""
     for i in range(joints.shape[0]):
         column, parent, kind = int(joints[i, COLUMN]), int(joints[i, PARENT]), int(joints[i, KIND])
         rate = 0.0 if kind == FIXED else joints[i, RATIO] * (q_b[column] - q_a[column])
@@ -84,9 +84,10 @@ def write_steps(joints, q_a, q_b, spread, steps):
 
 @kernel
 def write_bounds(joints, steps, joint, length, speeds, bends, g):
-    """Write to row g the greatest speed and acceleration of a point that a joint carries, as each joint sees it, then the base.
+    """Write bounds on speed and acceleration of a joint's point, as seen from each joint and the base.
 
-    length: how far it is from the joint's origin at most [m]. Returns how far rounding, and the spread, may put it [m].
+    length: The maximum distance of the point from the joint's origin [m]. Returns the displacement by rounding and spread, at
+    most [m].
     """
     speed, bend, slack, i, n = 0.0, 0.0, 0.0, joint, joints.shape[0]
     while i >= 0:
@@ -105,7 +106,7 @@ def write_bounds(joints, steps, joint, length, speeds, bends, g):
 
 @kernel
 def fastest_ball(joints, carried):
-    """The greatest speed of any point of the robot along the edge [m]."""
+    """The maximum speed of any point of the robot along the edge [m]."""
     fastest, balls, last = 0.0, carried.balls, joints.shape[0]
     for g in range(balls.shape[0]):
         fastest = max(fastest, carried.speeds[g, last])
@@ -114,9 +115,9 @@ def fastest_ball(joints, carried):
 
 @kernel
 def place_balls(joints, q_rows, half, still, carried):
-    """Write where joints and balls are at q, how fast they move, and how far a point of a ball gets within ``half``.
+    """Write joints and balls at q, their velocities, and a bound on the motion of a ball's points within ``half``.
 
-    still: whether ``half`` is 0; then velocities are not needed.
+    still: Whether ``half`` is 0, so that no velocities are needed.
     """
     n, balls, like = joints.shape[0], carried.balls, load(q_rows, 0)
     tree_poses(joints, q_rows, carried.joint_rows)
@@ -150,7 +151,7 @@ def write_twists(joints, carried, like):
 
 @kernel
 def place_bodies_of(bodies, carried, g, like):
-    """Write the origins of the bodies of a ball, unless they are written."""
+    """Write the origins of the bodies of a ball, unless they are already written."""
     if carried.placed[g] == 0:
         carried.placed[g], joint = 1, int(carried.balls[g, BALL_JOINT])
         for m in range(carried.first[g], carried.first[g + 1]):
@@ -180,7 +181,7 @@ def joint_twist(carried, joint, p, like):
 
 @kernel
 def joint_turn(carried, joint, like):
-    """The angular velocity of a joint along the edge; zero of the base."""
+    """The angular velocity of a joint along the edge; zero for the base."""
     if joint < 0:
         return splat(0.0, like), splat(0.0, like), splat(0.0, like)
     return load_vector(carried.twist_rows, 6 * joint + 3)
@@ -188,7 +189,7 @@ def joint_turn(carried, joint, like):
 
 @kernel
 def turning_at(carried, joint, still, like):
-    """The rate at which a joint turns along the edge [rad]; 0 if it is not asked for."""
+    """The angular speed of a joint along the edge [rad]; 0 if ``still``."""
     if still:
         return splat(0.0, like)
     w = joint_turn(carried, joint, like)
@@ -197,7 +198,7 @@ def turning_at(carried, joint, still, like):
 
 @kernel
 def body_velocity(carried, g, k, still, like):
-    """The velocity of the center of body k, of ball g, along the edge [m]; 0 if it is not asked for."""
+    """The velocity of the center of body k, of ball g, along the edge [m]; 0 if ``still``."""
     if still:
         return splat(0.0, like), splat(0.0, like), splat(0.0, like)
     return joint_twist(carried, int(carried.balls[g, BALL_JOINT]), load_vector(carried.center_rows, 3 * k), like)[0]
@@ -205,9 +206,9 @@ def body_velocity(carried, g, k, still, like):
 
 @kernel
 def body_way(carried, g, n, v, turning, half, still):
-    """How far a body of ball g, whose center has the velocity v, gets within ``half``, where its turning moves it by ``turning``.
+    """Bound on the motion of a body of ball g within ``half``.
 
-    n: the number of joints.
+    v: The velocity of the body's center. turning: The speed that the body's rotation adds to its points. n: The number of joints.
     """
     if still:
         return splat(0.0, half)
@@ -216,16 +217,16 @@ def body_way(carried, g, n, v, turning, half, still):
 
 @kernel
 def way_of(speed, bend, v, turning, half):
-    """How far a point gets within ``half``: by its greatest speed, or by its velocity at the middle and its acceleration."""
+    """Bound on a point's motion within ``half``, from its maximum speed, or from its velocity and its acceleration."""
     by_taylor = half * (sqrt(dot(v, v)) + turning) + (0.5 * bend) * half * half
     return minimum(speed * half, by_taylor) * (1.0 + ROUNDING)
 
 
 @kernel
 def pair_way(joints, carried, group, half, like):
-    """How much nearer two points of two balls come within ``half``, seen from the joint that carries both.
+    """Bound on the approach of two points of two balls within ``half``, as seen from their shared joint.
 
-    group: the two balls, and that joint.
+    group: The two balls, and the last joint that carries both.
     """
     a, b, shared = group
     p, q = load_vector(carried.ball_rows, 7 * a), load_vector(carried.ball_rows, 7 * b)
@@ -240,7 +241,7 @@ def pair_way(joints, carried, group, half, like):
 
 @kernel
 def pair_bounds(joints, carried, a, b, shared):
-    """The greatest speed and acceleration of two points of two balls relative to each other, seen from the joint of both."""
+    """Bounds on relative speed and acceleration of points of two balls, as seen from their shared joint."""
     column, turned = (joints.shape[0], 0.0) if shared < 0 else (shared, carried.steps[shared, TURN])
     speed = carried.speeds[a, column] + carried.speeds[b, column]
     return speed, max(carried.bends[a, column] + carried.bends[b, column] - 2.0 * turned * speed, 0.0)
@@ -248,10 +249,10 @@ def pair_bounds(joints, carried, a, b, shared):
 
 @kernel
 def approach_way(joints, carried, group, d, v, half):
-    """How much nearer two points that are fixed to two balls come within ``half``.
+    """Bound on the approach of two points, each fixed to a ball, within ``half``.
 
-    group: the two balls, and the joint that carries both; d: the difference of the points; v: that of their velocities, from any
-    joint: what turns both does not change ``dot(d, v)``.
+    group: The two balls, and the joint that carries both. d: The difference of the points. v: The difference of their velocities,
+    as seen from any joint: a rotation of both does not change ``dot(d, v)``.
     """
     n, (a, b, shared) = joints.shape[0], group
     speed, bend = pair_bounds(joints, carried, a, b, shared)
@@ -260,24 +261,24 @@ def approach_way(joints, carried, group, d, v, half):
 
 @kernel
 def along(d, v):
-    """The part of v in the direction of d; 0 if d is 0."""
+    """The component of v in the direction of d; 0 if d is 0."""
     return dot(d, v) / maximum(sqrt(dot(d, d)), MIN_DISTANCE)
 
 
 @kernel
 def center_way(carried, g, n, slope, half):
-    """How much nearer the center of a body of ball g, or of the ball, comes to a convex object within ``half``.
+    """Bound on the approach of the center of a ball, or of its body, to a convex object within ``half``.
 
-    n: the number of joints; slope: how fast its distance changes at the middle.
+    n: The number of joints. slope: The rate of change of the distance at the middle.
     """
     return tangent_way(carried.speeds[g, n], carried.bends[g, n], slope, carried.speeds[g, n], half)
 
 
 @kernel
 def tangent_way(speed, bend, slope, fastest, half):
-    """How much a distance shrinks within ``half``, by its slope at the middle, or by the greatest speed.
+    """Bound on the decrease of a distance within ``half``, from its slope at the middle, or from the maximum speed.
 
-    fastest: that of the points as the base sees them, of which rounding may add a share to the slope.
+    fastest: The speed of the points as seen from the base, for the rounding of the slope.
     """
     by_tangent = half * (abs(slope) + ROUNDING * fastest) + (0.5 * bend) * half * half
     return minimum(speed * half, by_tangent) * (1.0 + ROUNDING)
@@ -285,7 +286,7 @@ def tangent_way(speed, bend, slope, fastest, half):
 
 @kernel
 def turning_of(carried, g, w_shared, like):
-    """The speed that its turning gives a point of a ball, seen from a frame that turns itself."""
+    """The speed of a ball's points by the ball's rotation, as seen from a rotating frame."""
     balls = carried.balls
     w = minus(joint_turn(carried, int(balls[g, BALL_JOINT]), like), w_shared)
     return sqrt(dot(w, w)) * balls[g, BALL_RADIUS]
@@ -293,13 +294,16 @@ def turning_of(carried, g, w_shared, like):
 
 @kernel
 def offset_length(table, i):
-    """The distance of the frame of a row from its parent frame [m]."""
+    """The distance of a row's frame from its parent frame [m]."""
     return sqrt(table[i, 3] * table[i, 3] + table[i, 7] * table[i, 7] + table[i, 11] * table[i, 11])
 
 
 @kernel
 def world_rounding(scene):
-    """A bound on the rounding error of any object's points [m], from the unindexed objects and the AABBs at the BVH's root."""
+    """Bound on the rounding error of the points of all objects [m].
+
+    It comes from the unindexed objects and from the AABBs at the BVH's root.
+    """
     largest, objects, nodes = 0.0, scene.objects, scene.nodes
     for w in range(scene.first, scene.end):
         length = offset_length(objects, w)
@@ -308,7 +312,7 @@ def world_rounding(scene):
         low = NODE_ROWS * (scene.root // PLACES)
         high = low + 3
         for child in range(WIDTH):
-            if nodes[low, child] <= nodes[high, child]:  # else there is none
+            if nodes[low, child] <= nodes[high, child]:  # otherwise the child is missing
                 for axis in range(3):
                     largest = max(largest, 4.0 * max(abs(nodes[low + axis, child]), abs(nodes[high + axis, child])))
     return ROUNDING * largest

@@ -1,9 +1,9 @@
-"""Keeps planes that have a body on one side, which show that much of a cloud is far from it.
+"""Keeps bounding planes of a body, which show that most points of a cloud are far from it.
 
-For the points x of a body n . x <= offset, along any direction n. So a ball, or an AABB, is at least as far from the body as it
-is beyond that plane. The distance of one point of a cloud gives the normal of such a plane, and this bounds the distances of the
-points beside it: few of many points have to be measured. The box round a body is as good a bound for a box, but not for a hull or
-a cylinder. Planes are in the body's frame, so they are true at every q.
+The points x of a body satisfy n . x <= offset, along any direction n. So the distance of a ball, or of an AABB, from this plane
+is a lower bound of its distance from the body. The contact of one point of a cloud gives the normal of such a plane. The plane
+bounds the distances of neighboring points, so only a few points have to be measured. For a box its own faces are as good a bound,
+but not for a hull or a cylinder. Planes are in the body's frame, so they are valid at every q.
 """
 
 import numpy as np
@@ -20,9 +20,9 @@ from ulna.kernels.spatial.vectors import dot, rotate, rotate_inverse
 
 @kernel
 def add_plane(vertices, points, ours, theirs, planes, normal):
-    """Keep the plane of a normal, in the base frame, beside our body, in place of its oldest one if there are many.
+    """Keep the plane of our body with this normal, in the base frame; it replaces the oldest of many planes.
 
-    Only where the distance of the two bodies is searched. vertices, points: those of the two.
+    Planes are kept only for pairs whose distance needs a search. vertices, points: The vertices of the two bodies.
     """
     if vertices is None or points is None:
         return
@@ -44,9 +44,9 @@ def write_plane(ours, planes, normal):
 
 @kernel
 def beyond_planes(planes, k, a, x, half):
-    """How far an AABB is beyond the planes of body k at pose a at least [m]; -inf without planes.
+    """Lower bound on an AABB's distance from the planes of body k at pose a [m]; -inf without planes.
 
-    x: its middle, in the body's frame; half: half its extents.
+    x: The AABB's center, in the body's frame. half: Its half extents.
     """
     least = splat(-np.inf, x[0])
     for row in range(PLANES * k, PLANES * k + min(planes.counts[k], PLANES)):

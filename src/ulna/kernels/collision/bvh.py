@@ -1,11 +1,12 @@
-"""Computes the AABB of a body and searches a BVH of a world's solids.
+"""Computes the AABB of a body, and searches a BVH of a world's solids.
 
-A node is seven rows of eight numbers, a child a lane: the least x, y, z of each child, the greatest, and what it is: the place
-of a node, or -1 - w for solid w. So one node is tested in one go. A node whose children are eight balls of one cloud is x, y, z
-of their centers; two of these share seven rows, the last of which has what they have in common (``collision_layout``).
+A node is seven rows of eight numbers, one lane for each child: the minimum x, y, z of each child, the maximum, and the child's
+code. The code is the place of a node, or -1 - w for solid w. So one test covers a whole node. A node of eight balls of one cloud
+holds the x, y, z of their centers. Two such nodes share seven rows; the last row holds their common values
+(``collision_layout``).
 
-Nodes are written once; a change of the tree writes new ones from the changed leaf up to a new root, and a search from the old
-root goes on in the old tree. A missing child has an AABB whose least values are above all others, and is not a number.
+Nodes never change. A change of the tree writes new nodes from the changed leaf up to a new root. A search from the old root still
+sees the old tree. A missing child has the code NaN and an AABB whose minimum is above all coordinates.
 
 Source: Omohundro, Five balltree construction algorithms (1989), for the idea of a static tree over bounds; Driscoll, Sarnak,
 Sleator and Tarjan, Making data structures persistent (1989), for copying a path. ``entries.tree_nodes`` writes the nodes.
@@ -29,10 +30,10 @@ from ulna.kernels.layout import CONTACT, HALF_EXTENTS, OBJECT, RADIUS
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.se3 import load_pose
 
-DEPTH = 24  # levels: of a tree of 8^11 clouds, each of 8^11 points, more than memory holds
+DEPTH = 24  # levels: a tree of 8^11 clouds, each of 8^11 points, more than memory holds
 STACK = 8 * (DEPTH + 1)
 FOUND = 64  # rows
-_FULL = FOUND - WIDTH  # with more rows there may be no room for those of one more node
+_FULL = FOUND - WIDTH  # with more rows, the children of one more node may not fit
 
 
 @kernel
@@ -48,7 +49,7 @@ def bounds_of(bodies, k, a):
 
 @kernel
 def place_bounds(bodies, body_rows, bound_rows):
-    """Write the bounds of every body of the robot to bound_rows, six rows each."""
+    """Write the AABB of every body of the robot to bound_rows, six rows each."""
     for k in range(bodies.shape[0]):
         low, high = bounds_of(bodies, k, load_pose(body_rows, k))
         for i in range(3):
@@ -58,14 +59,14 @@ def place_bounds(bodies, body_rows, bound_rows):
 
 @kernel
 def lane_bounds(rows, k, lane):
-    """Bounds k of rows in one lane, in plain numbers."""
+    """The AABB of body k in one lane, as plain numbers."""
     i = 6 * k
     return (rows[i, lane], rows[i + 1, lane], rows[i + 2, lane]), (rows[i + 3, lane], rows[i + 4, lane], rows[i + 5, lane])
 
 
 @kernel
 def child_gap(nodes, node, bounds):
-    """The gap between the AABB of each child and the given one, axis by axis: negative where they overlap."""
+    """The gaps between the AABB of each child and a given AABB, axis by axis: negative where they overlap."""
     low, high = bounds
     i, last, reach = child_rows(nodes, node)
     return (
@@ -77,7 +78,7 @@ def child_gap(nodes, node, bounds):
 
 @kernel
 def child_rows(nodes, node):
-    """The rows where the least x, y, z of a node's children begin, and the greatest, and how far the children are beyond [m]."""
+    """The rows where the children's minimum and maximum x, y, z begin, and a margin around them [m]."""
     i, kind = NODE_ROWS * (node // PLACES), node % PLACES
     if kind == CHILDREN:
         return i, i + 3, 0.0
@@ -103,7 +104,7 @@ def gap_bound(gap):
 
 @kernel
 def child_boxes(nodes, node):
-    """The middles and the half extents of the AABBs of a node's children, a lane each."""
+    """The centers and the half extents of the AABBs of a node's children, a lane each."""
     i, last, reach = child_rows(nodes, node)
     low = load(nodes, i), load(nodes, i + 1), load(nodes, i + 2)
     high = load(nodes, last), load(nodes, last + 1), load(nodes, last + 2)
@@ -113,10 +114,11 @@ def child_boxes(nodes, node):
 
 @kernel
 def turned_gap(bodies, k, a, x, half):
-    """The gap between AABBs and body k at pose a, along the body's axes: negative where they overlap.
+    """The gaps between AABBs and body k at pose a, along the body's axes: negative where they overlap.
 
-    x: the middles, in the body's frame. An AABB with half extents h lies within half extents |R|^T h about the same middle. So
-    the bound of a body inside a large cloud is as good however the body is turned. A GPU has no abs of eight numbers.
+    x: The AABBs' centers, in the body's frame. An AABB with half extents h lies within the half extents |R|^T h about the same
+    center. So the bound is as good for every orientation of a body inside a large cloud. The absolute value is a maximum, since a
+    GPU has no abs of eight numbers.
     """
     c, radius = HALF_EXTENTS, bodies[k, RADIUS]
     more = radius + CONTACT * (radius + bodies[k, c] + bodies[k, c + 1] + bodies[k, c + 2])
@@ -129,15 +131,15 @@ def turned_gap(bodies, k, a, x, half):
 
 @kernel
 def turned_half(a, axis, half):
-    """Half the extent of an AABB along an axis of pose a."""
+    """The half extent of an AABB along an axis of pose a."""
     return abs(a[axis]) * half[0] + abs(a[4 + axis]) * half[1] + abs(a[8 + axis]) * half[2]
 
 
 @kernel
 def push_children(nodes, node, height, within, stack, heights, top):
-    """Push those children of a node that are nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
+    """Push a node's children nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
 
-    height: the lower bounds of their distances [m], a lane each; ``heights`` is a second stack, of these.
+    height: Lower bounds of the children's distances [m], a lane each. ``heights`` is the stack of these bounds.
     """
     bits, bottom = lane_bits(height < within), top
     while bits != 0:
@@ -154,10 +156,10 @@ def push_children(nodes, node, height, within, stack, heights, top):
 
 @kernel
 def rows_within(nodes, bounds, stack, top, found):
-    """Go on with a search of a tree for the solids whose AABBs overlap the given one, until it ends or ``found`` is full.
+    """Continue a search for the solids whose AABBs overlap a given one, until it ends or ``found`` is full.
 
-    stack: the nodes that are to be searched, ``top`` of them. Writes rows to found, shape (FOUND,); returns how many, and the new
-    top: the search has ended if it is 0.
+    stack: The ``top`` nodes still to search. Writes rows to found, shape (FOUND,). Returns their number and the new top, which is
+    0 at the end of the search.
     """
     count = 0
     while top > 0 and count <= _FULL:
@@ -178,9 +180,9 @@ def rows_within(nodes, bounds, stack, top, found):
 
 @kernel
 def row_of_one_object(nodes, objects, node):
-    """A row of the object that all solids below a node are part of; -1 if they are parts of several.
+    """A row of the object that owns all solids below a node; -1 if there are several objects.
 
-    An object is a subtree, so it has all that is between two of its solids.
+    An object is a subtree, so it owns everything between two of its solids.
     """
     row, last = end_row(nodes, node, 0), end_row(nodes, node, WIDTH - 1)
     if row < 0 or last < 0 or objects[row, OBJECT] != objects[last, OBJECT]:
@@ -190,7 +192,10 @@ def row_of_one_object(nodes, objects, node):
 
 @kernel
 def end_row(nodes, node, end):
-    """The row of the first or the last solid below a node, by the lane of that end; -1 if no child is left on the way there."""
+    """The row of the first or last solid below a node; -1 if a node on the path is empty.
+
+    end: The lane of that end: 0, or WIDTH - 1.
+    """
     while node >= 0 and node % PLACES == CHILDREN:
         i, lane = NODE_ROWS * (node // PLACES), end
         for _ in range(WIDTH - 1):
@@ -204,7 +209,7 @@ def end_row(nodes, node, end):
 
 @kernel
 def child_of(nodes, node, lane):
-    """What a child of a node is: the place of a node, or -1 - w for solid w."""
+    """The code of a child: the place of a node, or -1 - w for solid w."""
     number, kind = node // PLACES, node % PLACES
     if kind == CHILDREN:
         return int(nodes[NODE_ROWS * number + CHILD, lane])

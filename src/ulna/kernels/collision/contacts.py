@@ -1,13 +1,14 @@
-"""Computes contacts of pairs with the gradients of their distances, and finds the pairs that are near each other at one q.
+"""Computes contacts with the gradients of their distances, and finds the near pairs at one q.
 
-A pair is a body of the robot and another, or an object of the world, numbered from the last body on. Those near each other:
+A pair is a body of the robot and another body, or an object of the world, numbered from the last body on. The search has these
+steps:
 
-1. For each body of the robot, the objects: the unindexed ones, and those that the BVH finds within the distance, from the
-   nearest node on; then the robot's own pairs. Of these, pairs whose bounding balls or boxes are too far apart are left out.
-2. The contact of each of the others is computed, and kept if it is near enough. Of an object of many solids each body keeps the
-   nearest one, and a solid that is known to be farther away than that is not measured; or, of all pairs, as many as there is
-   room for are kept, the nearest.
-3. What is kept is put in order, the nearest first.
+1. For each body of the robot, test the objects: the unindexed ones, and those within the distance in the BVH, from the nearest
+   node on. Then test the robot's own pairs. Pairs whose bounding balls or boxes are too far apart are left out.
+2. Compute the contact of each other pair, and keep it if it is near enough. Of an object of many solids each body keeps the
+   nearest solid, and solids certainly farther away are not measured. In the second mode only the nearest pairs of all are kept,
+   up to the given room.
+3. Sort the kept pairs, the nearest first.
 """
 
 import numpy as np
@@ -45,9 +46,9 @@ from ulna.kernels.spatial.se3 import load_pose
 from ulna.kernels.spatial.vectors import cross, dot, minus, origin, transform_inverse, z_axis
 
 PAIRS_OF_BODY = 6  # with the world, that a servo keeps
-MAX_LOOKS = 1024  # solids of the tree that a servo measures from one body; of those whose distance is searched
+MAX_LOOKS = 1024  # solids of the tree that a servo measures for one body; and the limit for pairs whose distance needs a search
 MAX_SEARCHES = 128
-SAME = 1e-9  # [m]: of the solids of a tree that are nearer by less than those kept, a servo measures none
+SAME = 1e-9  # [m]: a servo measures no solid of a tree that is nearer than the kept ones by less than this
 
 
 @kernel
@@ -78,7 +79,10 @@ def write_gradient(scene, joint_rows, i, j, contacts, out, row):
 
 @kernel
 def add_speeds(joints, joint_rows, joint, contact, witness, sign, gradient):
-    """Add to a gradient, for each entry of q, sign times the speed along the normal of a witness point moved by a joint."""
+    """Add the normal speeds of a witness point to a gradient, times a sign.
+
+    Entry i is the speed along the normal as joint i moves at unit rate, for the joints that carry the body.
+    """
     point = contact[witness], contact[witness + 1], contact[witness + 2]
     normal = contact[NORMAL], contact[NORMAL + 1], contact[NORMAL + 2]
     while joint >= 0:
@@ -92,12 +96,12 @@ def add_speeds(joints, joint_rows, joint, contact, witness, sign, gradient):
 
 @kernel
 def find_near_pairs(scene, clearance, apart, within, near, excess):
-    """Steps 1 and 2 for the bodies in ``near``; how many pairs, or a larger number than the rows hold where there is no room.
+    """Steps 1 and 2 of the search; the number of pairs, which exceeds the rows if room is missing.
 
-    within: how much farther apart they are at most [m] than they have to be: objects by the clearance, links not at all. excess:
-    None; or shape (room + 1,), and then only the nearest pairs are kept: by how much each is farther apart than it has to be, by
-    the lower bound of its distance that certificates compute, where these need it, and last the least of all pairs, by their
-    distance.
+    within: The maximum distance beyond the required one [m]. The required distance is the clearance for objects and 0 for links.
+    excess: None; or, with shape (room + 1,), the search keeps only the nearest pairs. Then entry i is the margin of pair i: its
+    distance beyond the required one, or a lower bound where the certificates compute only a bound. The last entry is the minimum
+    over all pairs of their true distance beyond the required one.
     """
     objects, links, count = Nearness(clearance, apart, within), Nearness(0.0, apart, within), 0
     for k in range(scene.bodies.shape[0]):
@@ -119,9 +123,9 @@ def find_near_pairs(scene, clearance, apart, within, near, excess):
 
 @kernel
 def add_indexed(scene, ours, nearness, near, excess, first):
-    """Add a body and the solids of the tree that are near it, the nearest nodes first; the new count.
+    """Add a body and its near solids of the tree, the nearest nodes first; the new count.
 
-    Where ``near.unseen`` has a place, about MAX_LOOKS of them are measured, and what all others are at least is written there.
+    If ``near.unseen`` has an entry, about MAX_LOOKS solids are measured, and a lower bound for all others is written there.
     """
     k, (clearance, apart, within) = ours.row, nearness
     bounds, n, count, top = bounds_of(scene.bodies, k, ours.pose), scene.bodies.shape[0], first, 1
@@ -150,9 +154,11 @@ def add_indexed(scene, ours, nearness, near, excess, first):
 
 @kernel
 def children_from(scene, ours, node, bounds, near):
-    """A lower bound of the distance of each child of a node [m]. bounds: of the body, in the base.
+    """A lower bound of the distance of each child of a node [m].
 
-    Where all shapes are boxes there is no cloud, of which the bound in the body's frame leaves many points out.
+    bounds: The body's AABB in the base frame.
+
+    In a scene of boxes alone there is no cloud. With a cloud, the bound in the body's frame excludes many of its points.
     """
     gap = gap_bound(child_gap(scene.nodes, node, bounds))
     if scene.vertices is None:
@@ -162,7 +168,7 @@ def children_from(scene, ours, node, bounds, near):
 
 @kernel
 def turned_bound(scene, ours, node, near):
-    """A lower bound of the distance of each child of a node, as the body's frame sees it [m]."""
+    """A lower bound of the distance of each child of a node, as seen in the body's frame [m]."""
     k, a, (center, half) = ours.row, ours.pose, child_boxes(scene.nodes, node)
     x = transform_inverse(a, center)
     return maximum(gap_bound(turned_gap(scene.bodies, k, a, x, half)), beyond_planes(near.planes, k, a, x, half))
@@ -170,7 +176,7 @@ def turned_bound(scene, ours, node, near):
 
 @kernel
 def reach_in_node(scene, k, node, near, kept, reach):
-    """The distance below which a solid of a node is kept [m]: of a cloud one is. Boxes are looked at one by one."""
+    """The distance below which a node's solid is kept [m]: one of a cloud, all of separate boxes."""
     if scene.vertices is None:
         return reach
     return reach_of_one_object(scene, k, node, near, kept, reach)
@@ -178,7 +184,7 @@ def reach_in_node(scene, k, node, near, kept, reach):
 
 @routine
 def reach_of_one_object(scene, k, node, near, kept, reach):
-    """``reach_in_node``: where all solids below it are of one object, the distance of the one of it that is kept."""
+    """``reach_in_node`` for shapes: if one object owns the whole node, the distance of its kept solid."""
     (first, count), row = kept, row_of_one_object(scene.nodes, scene.objects, node)
     if row >= 0 and may_touch(scene, k, row):
         return -np.inf
@@ -189,7 +195,7 @@ def reach_of_one_object(scene, k, node, near, kept, reach):
 
 @kernel
 def kept_row(near, number, first, count):
-    """The row in which the nearest solid of an object is kept, from a first row on; -1 if none is."""
+    """The row of an object's kept solid, from a first row on; -1 if there is none."""
     last = near.last_rows[number]
     found = first <= last < min(count, near.pair_rows.shape[0]) and near.pair_rows[last, PAIR_OBJECT] == number
     return last if found else -1
@@ -199,7 +205,7 @@ def kept_row(near, number, first, count):
 def add_solid(scene, ours, w, nearness, near, excess, kept):
     """Add a body and solid w of the world if they are near; the new count.
 
-    kept: the first row of that body, and the count.
+    kept: The first row of that body, and the count.
     """
     k, (_, count) = ours.row, kept
     if excess is not None:
@@ -213,7 +219,7 @@ def add_solid(scene, ours, w, nearness, near, excess, kept):
 
 @routine
 def add_nearest_pair(scene, i, j, nearness, near, excess, count):
-    """Write a pair that is near, where there is room or in place of a farther one; the new count."""
+    """Write a near pair to a free row, or over a farther pair; the new count."""
     clearance, apart, within = nearness
     room, n, ours, number = near.pair_rows.shape[0], scene.bodies.shape[0], body_at(scene, i, load_pose(near.body_rows, i)), -1
     if j < n:
@@ -232,7 +238,7 @@ def add_nearest_pair(scene, i, j, nearness, near, excess, count):
     is_ball, gap = j >= n + FIRST_BALL, reach
     if is_ball and ball_beyond_planes(ours, theirs, near.planes) >= reach:
         return count
-    if not (gap_is_searched(ours, theirs) and (is_ball or reach <= 0.0)):  # a search knows of no depth, and finds no plane
+    if not (gap_is_searched(ours, theirs) and (is_ball or reach <= 0.0)):  # a search finds neither a depth nor a plane
         gap = rows_gap(ours, theirs, reach, 0.0)
         if gap >= reach:
             return count
@@ -254,17 +260,17 @@ def add_nearest_pair(scene, i, j, nearness, near, excess, count):
 
 @kernel
 def ball_beyond_planes(ours, theirs, planes):
-    """How far the bounding ball of another body is beyond the planes of ours at least [m]."""
+    """Lower bound on the distance of another body's bounding ball from the planes of our body [m]."""
     x = transform_inverse(ours.pose, origin(theirs.pose))
     return beyond_planes(planes, ours.row, ours.pose, x, (0.0, 0.0, 0.0)) - BALLS * theirs.table[theirs.row, REACH]
 
 
 @kernel
 def slot_of_pair(i, j, n, within, near, excess, count):
-    """Where a pair of body i goes that is near enough, and how much farther apart than it has to be it may be for that [m].
+    """The row for a near pair of body i, and the limit that its excess must stay below [m].
 
-    A free row; or that of the farthest pair of all, or of body i and the world, where it has PAIRS_OF_BODY with it: a cloud
-    beside one body leaves room for the pairs of others.
+    The row is a free one, or that of the farthest pair. Once body i has PAIRS_OF_BODY pairs with the world, it is the farthest of
+    these. So a cloud beside one body leaves room for the pairs of others.
     """
     room, last, last_own, n_own = near.pair_rows.shape[0], 0, 0, 0
     for c in range(count):
@@ -282,13 +288,13 @@ def slot_of_pair(i, j, n, within, near, excess, count):
 
 @kernel
 def least_distance(ours, theirs, reach):
-    """A lower bound of the distance of two bodies [m]: by their bounding balls, and within reach by boxes round them."""
+    """A lower bound of the distance of two bodies [m], from bounding balls, and within reach from boxes."""
     bodies, i, others, j = ours.table, ours.row, theirs.table, theirs.row
     least = ball_distance(ours, theirs)
     if least > reach or not others[j, REACH] <= LARGEST:
         return least
     gap = box_rows_gap(ours, theirs, 0.0)
-    touching = (BALLS - 1.0) * (bodies[i, REACH] + others[j, REACH])  # bodies within the contact tolerance are zero apart
+    touching = (BALLS - 1.0) * (bodies[i, REACH] + others[j, REACH])  # bodies within the contact tolerance have the distance zero
     return max(least, gap - bodies[i, RADIUS] - others[j, RADIUS] - touching)
 
 
@@ -296,7 +302,7 @@ def least_distance(ours, theirs, reach):
 def add_nearest_solid(scene, i, solid, within, near, kept):
     """Add body i and a solid unless a nearer solid of the same object is kept; the new count.
 
-    solid: its number, that of its object, and how far from body i it is at least [m]; kept: as for ``add_solid``.
+    solid: Its number, its object's number, and a lower bound of its distance from body i [m]. kept: As for ``add_solid``.
     """
     (w, number, least), (first, count) = solid, kept
     j = scene.bodies.shape[0] + w
@@ -319,9 +325,9 @@ def add_nearest_solid(scene, i, solid, within, near, kept):
 
 @routine
 def add_pair(scene, i, j, number, within, near, count):
-    """Write the contact of a pair behind ``count`` rows; the new count: one more if it is at most ``within`` [m] apart.
+    """Append the contact of a pair if it is at most ``within`` [m] apart; the new count.
 
-    number: that of the object, or -1. Where there is no room it is counted only.
+    number: The object's number, or -1. Without room the pair is only counted.
     """
     if count >= near.pair_rows.shape[0]:
         return count + 1
@@ -350,7 +356,7 @@ def copy_row(from_rows, i, to_rows, j):
 
 @routine
 def order_of_rows(contact_rows, n, order):
-    """Write to order the rows 0 to n - 1, that of the least distance first, and of equal ones the lower row.
+    """Write the order of rows 0 to n - 1 by distance, and by row number for equal distances.
 
     Source: Shell, A high-speed sorting procedure (Communications of the ACM, 1959), with Knuth's gaps.
     """

@@ -1,17 +1,20 @@
-"""Decides of eight intervals of an edge which are free.
+"""Decides which of eight intervals of an edge are free.
 
-An interval has one of three outcomes, each from one distance at its middle, d, and a bound on the motion in it, ``reach``:
+An interval has one of three outcomes. Each follows from one distance d at its middle, and from a bound on the motion in it,
+``reach``:
 
-- d <= margin: something touches, so the edge is not free, and no more of it need be looked at;
+- d <= margin: something touches, so the edge is not free, and the search may end;
 - d > reach + margin: the pair is clear in all of the interval;
 - between: unknown, and the interval is split.
 
-Balls first: the ball that holds all bodies of a joint is compared with the box that holds an object, and with the boxes of whole
-nodes of the BVH (``reached``); the balls of two joints with each other. Only where these are near are bodies placed and compared,
-by their own bounding balls first. Of a ball, only the motion of its center towards the box counts (``ball_motion``). For a sphere
-and a sphere, capsule, box or half-space that is their distance. For other shapes a lower bound of the distance is computed
-(``posed_pair.rows_gap``), only as far as it takes to know that it is not above ``reach``; where it says "touches" it is computed
-once more, as far as it takes for that. So "clear" is certain; "touches" is certain but for the resolution of that bound.
+Balls first. The ball of all bodies of a joint is compared with an object's box and with the boxes of nodes
+of the BVH (``reached``). The balls of two joints are compared with each other. Only near these, bodies are placed and compared,
+by their own bounding balls first. Of a ball, only the motion of its center towards the box counts (``ball_motion``).
+
+For a sphere and a sphere, capsule, box or half-space this is the exact distance. For other shapes a lower bound of the distance
+is computed (``posed_pair.rows_gap``), just far enough to decide whether it is above ``reach``. If the bound says "touches", it is
+computed once more, just far enough for that decision. So "clear" is certain; "touches" is certain up to the resolution of that
+bound.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -69,9 +72,9 @@ from ulna.kernels.spatial.vectors import dot, load_vector, minus, origin
 
 @kernel
 def world_outcome(scene, carried, intervals, stack, like):
-    """Whether a body touches an object in any lane; and 1.0 in the lanes in whose interval all of them are clear, else 0.0.
+    """Whether a body touches an object in any lane, and 1.0 in each lane whose interval is clear, else 0.0.
 
-    The last balls first: a hand touches something more often than a base.
+    The last balls come first: a hand touches something more often than a base.
     """
     _, still, stop, margin, apart, of_world = intervals
     clear, bodies, balls = splat(1.0, like), scene.bodies, carried.balls
@@ -98,21 +101,21 @@ def world_outcome(scene, carried, intervals, stack, like):
 
 @kernel
 def spare(scene, apart, row):
-    """How much less than the widest margin the object of a row needs [m]."""
+    """The widest margin minus the margin of a row's object [m]."""
     return widest(apart, 1) - wider_by(scene, apart, row)
 
 
 @kernel
 def tree_spare(apart):
-    """How much less than the widest margin all objects in the BVH need [m]."""
+    """The widest margin minus the widest margin of the objects in the BVH [m]."""
     return widest(apart, 1) - widest(apart, 2)
 
 
 @kernel
 def objects_near(scene, carried, intervals, g, p, of_all, slack):
-    """Write to ``near`` the unindexed objects that ball g, with its center p, may reach in any lane; how many.
+    """Write the unindexed objects that ball g, with its center p, may reach in any lane to ``near``; their number.
 
-    of_all: how far a point of it gets, and ``slack``, which is what rounding and the widest margin add to it.
+    of_all: The bound on the motion of a point of the ball, with ``slack``. slack: The part from rounding and the widest margin.
     """
     objects, n, n_joints, ball = scene.objects, 0, scene.joints.shape[0], BALLS * carried.balls[g, BALL_RADIUS]
     for o in range(scene.first, scene.end):
@@ -138,8 +141,8 @@ def objects_near(scene, carried, intervals, g, p, of_all, slack):
 def body_outcome(scene, carried, intervals, mover, found, slack, clear):
     """``world_outcome`` for one body alone.
 
-    mover: its ball, the body, and how fast its joint turns; found: how many objects are in ``near``, whether those of the tree
-    are to be searched, and the stack for that.
+    mover: Its ball, the body, and the angular speed of its joint. found: The number of objects in ``near``, whether to search the
+    tree, and the stack for the search.
     """
     half, still, stop, margin, apart, _ = intervals
     bodies, (g, k, turning), (n_near, in_tree, stack) = scene.bodies, mover, found
@@ -183,7 +186,7 @@ def body_outcome(scene, carried, intervals, mover, found, slack, clear):
 
 @kernel
 def is_all_excepted(scene, apart, k, node):
-    """Whether all solids below a node are of one object that body k may touch by ``apart``."""
+    """Whether all solids below a node belong to one object that ``apart`` allows body k to touch."""
     if apart is None:
         return False
     if apart.touching.shape[0] == 0:
@@ -222,7 +225,7 @@ def object_outcome(scene, carried, intervals, mover, theirs, reach, clear):
 
 @kernel
 def pose_of(bodies, k, carried, p, like):
-    """The pose of body k, with its center p; that of a sphere is not turned, since nothing depends on it."""
+    """The pose of body k, with its center p; a sphere's pose is not rotated, since nothing depends on it."""
     if int(bodies[k, SHAPE]) == SPHERE:
         one, none = splat(1.0, like), splat(0.0, like)
         return one, none, none, p[0], none, one, none, p[1], none, none, one, p[2]
@@ -231,7 +234,7 @@ def pose_of(bodies, k, carried, p, like):
 
 @kernel
 def self_outcome(scene, carried, intervals, clear, like):
-    """``world_outcome`` for the pairs of the robot's own bodies instead; lanes that are not clear stay so."""
+    """``world_outcome`` for the pairs of the robot's own bodies; lanes that are not clear stay so."""
     half, still, stop = intervals.half, intervals.still, intervals.stop
     bodies, balls, groups = scene.bodies, carried.balls, carried.groups
     for e in range(groups.shape[0]):
@@ -267,9 +270,9 @@ def self_outcome(scene, carried, intervals, clear, like):
 
 @kernel
 def pair_outcome(scene, carried, intervals, pair, p, reach, clear):
-    """``self_outcome`` for two bodies. pair: the group of their two balls, and the bodies; p: the center of the first.
+    """``self_outcome`` for two bodies. pair: The group of their two balls, and the bodies; p: the first center.
 
-    reach: how much nearer a point of one comes to one of the other, with what rounding adds; and that alone.
+    reach: A bound on the approach of two points of the bodies, with rounding; and the rounding alone.
     """
     bodies, (_, i, j), (way, slack) = scene.bodies, pair, reach
     half, stop, q = intervals.half, intervals.stop, load_vector(carried.center_rows, 3 * j)
@@ -295,9 +298,9 @@ def pair_outcome(scene, carried, intervals, pair, p, reach, clear):
 
 @kernel
 def spheres_way(scene, carried, intervals, pair, centers):
-    """How much nearer two spheres of a group with these centers come within ``half``. A turn about its own center moves none.
+    """Bound on the approach of two spheres of a group within ``half``. Rotations about their own centers do not count.
 
-    pair: as for ``pair_outcome``.
+    pair: As for ``pair_outcome``. centers: The spheres' centers.
     """
     half = intervals.half
     if intervals.still:
@@ -311,7 +314,7 @@ def spheres_way(scene, carried, intervals, pair, centers):
 
 @kernel
 def gap_or_contact(ours, theirs, reach, margin, rounding):
-    """A lower bound of the distance of two bodies, exact enough to know whether it is above ``reach``, and above a margin.
+    """A lower bound of the distance of two bodies, exact enough to compare it with ``reach`` and with a margin.
 
     Where ``reach`` is NEVER it may be any lower bound.
     """
@@ -325,5 +328,5 @@ def gap_or_contact(ours, theirs, reach, margin, rounding):
 
 @routine
 def posed_gap(ours, theirs, reach, rounding):
-    """``posed_pair.rows_gap``, called and not inlined: it takes longest to compile."""
+    """``posed_pair.rows_gap``, called and not inlined, since it takes longest to compile."""
     return rows_gap(ours, theirs, reach, rounding)

@@ -1,7 +1,7 @@
-"""Finds the pair of least signed distance: robot with itself, robot with world.
+"""Finds the pair of minimum signed distance: robot with itself, robot with world.
 
-A result is three numbers: the distance [m], infinite if there is no pair; the body of
-the robot; the other body of the robot, or the object, numbered from the last body on.
+A result is three numbers: the distance [m], infinite if there is no pair; the body of the robot; and the other body, or the
+object, numbered from the last body on.
 """
 
 import numpy as np
@@ -15,9 +15,10 @@ from ulna.kernels.spatial.se3 import constant_pose, lane_pose, load_pose
 
 @kernel
 def nearer_pair(best, ours, theirs, number, scratch):
-    """The nearer of the best pair and another, measured only where its bounding balls are nearer than the best.
+    """The nearer of the best pair and another pair.
 
-    number: that of the other body or the object.
+    The other pair is measured only in lanes whose bounding balls are nearer than the best pair. number: The number of the other
+    body or object.
     """
     if not any_lane(ball_distance(ours, theirs) < best[0]):
         return best
@@ -28,9 +29,9 @@ def nearer_pair(best, ours, theirs, number, scratch):
 
 @kernel
 def nearest_unindexed(scene, body_rows, like, scratch):
-    """The nearest pair: first of the robot's bodies and the unindexed objects, then of the robot's own pairs.
+    """The nearest pair among the robot's bodies and the unindexed objects, then among the robot's own pairs.
 
-    One loop does both, since the code that measures a distance is compiled for each place that calls it, which takes long.
+    One loop does both: the distance code is inlined at each call, and takes long to compile.
     """
     best = splat(np.inf, like), splat(-1.0, like), splat(-1.0, like)
     n, n_unindexed = scene.bodies.shape[0], scene.end - scene.first
@@ -50,9 +51,9 @@ def nearest_unindexed(scene, body_rows, like, scratch):
 
 @kernel
 def nearest_indexed(best, scene, body_rows, bound_rows, lane, search, scratch):
-    """The nearer of the best pair and those of the robot, in one lane, and the indexed objects.
+    """The nearer of the best pair and the pairs of the robot, in one lane, with the indexed objects.
 
-    search: a stack of nodes, and the lower bounds of their distances. All lanes do the same, so that the distance of two bodies
+    search: A stack of nodes, and a stack of the lower bounds of their distances. All lanes compute the same, so that the distance
     is compiled for lanes only.
     """
     for k in range(scene.bodies.shape[0]):
@@ -63,9 +64,9 @@ def nearest_indexed(best, scene, body_rows, bound_rows, lane, search, scratch):
 
 @kernel
 def nearest_of_body(best, scene, ours, bounds, search, scratch):
-    """The nearer of the best pair and those of a body (``scene.Posed``) with an AABB, and the indexed objects.
+    """The nearer of the best pair and the pairs of one body (``scene.Posed``) with the indexed objects.
 
-    Depth first, the nearest child first; a node known to be farther than the best is pruned.
+    The search is depth first, the nearest child first. A node certainly farther than the best pair is pruned.
     """
     n, like, (stack, heights) = scene.bodies.shape[0], best[0], search
     stack[0], heights[0], top = scene.root, -np.inf, 1

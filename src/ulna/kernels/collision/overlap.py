@@ -1,6 +1,6 @@
 """Tests whether the robot at q overlaps itself or the world.
 
-Pairs and unindexed objects are tested one by one, the other objects where the BVH finds them (``scene``, ``bvh``).
+Pairs and unindexed objects are tested one by one, other objects where the BVH finds them (``scene``, ``bvh``).
 """
 
 from ulna.engine.decorators import kernel
@@ -12,7 +12,7 @@ from ulna.kernels.spatial.se3 import constant_pose, lane_pose, load_pose
 
 @kernel
 def overlaps_unindexed(scene, body_rows, like):
-    """1.0 where any of the pairs overlaps, or any body of the robot and any unindexed object; 0.0 elsewhere."""
+    """1.0 where any pair overlaps, or any body of the robot and any unindexed object; 0.0 elsewhere."""
     hits = splat(0.0, like)
     for k in range(scene.bodies.shape[0]):
         for w in range(scene.first, scene.end):

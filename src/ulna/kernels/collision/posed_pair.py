@@ -1,8 +1,8 @@
-"""Computes poses of the robot's bodies at q, and distance or overlap of pairs of rows.
+"""Computes the poses of the robot's bodies at q, and the distance or overlap of two table rows.
 
-Each table comes with its vertices. If either is None, all shapes are boxes. A scene of boxes, the most frequent, thus compiles
-without GJK and EPA, in a fraction of the time. The compiler leaves out what follows a test for None where that is an argument
-of its own, and no field: so ``overlap_by``, ``contact_by`` and ``gap_by`` take the vertices beside the bodies.
+Each table comes with its vertices. If either is None, all shapes are boxes. A scene of boxes, the most frequent, then compiles
+without GJK and EPA, in a fraction of the time. The compiler removes the code after a test for None only if the tested value is an
+argument of its own, not a field. So ``overlap_by``, ``contact_by`` and ``gap_by`` take the vertices beside the bodies.
 """
 
 from ulna.engine.decorators import kernel, shared_routine
@@ -17,7 +17,7 @@ from ulna.kernels.layout import BOX, CONTACT, HALF_EXTENTS, OBJECT, REACH, SHAPE
 from ulna.kernels.spatial.se3 import constant_pose, store_pose
 from ulna.kernels.spatial.vectors import dot, minus, origin
 
-BALLS = 1.0 + 4.0 * CONTACT  # factor on the bounding balls, so that bodies within the contact tolerance have balls that overlap
+BALLS = 1.0 + 4.0 * CONTACT  # factor on bounding balls, so that the balls of bodies within the contact tolerance overlap
 
 
 @kernel
@@ -44,15 +44,15 @@ def object_at(scene, row, b):
 def rows_overlap(ours, theirs, wanted):
     """True where two bodies (``scene.Posed``) share a point.
 
-    wanted: 1.0 where that is to be found; elsewhere, where it is 0.0, the result may be either. Boxes, the most frequent, are
-    tested inline; other shapes by a call, which keeps the loops over boxes small.
+    wanted: 1.0 where the result is needed; where it is 0.0, the result may be either. Boxes, the most frequent, are tested
+    inline. Other shapes are tested by a call, which keeps the loops over boxes small.
     """
     return overlap_by(ours.vertices, theirs.vertices, ours, theirs, wanted)
 
 
 @kernel
 def overlap_by(vertices, points, ours, theirs, wanted):
-    """``rows_overlap``, by the vertices of the two."""
+    """``rows_overlap`` with the vertices of the two bodies as arguments."""
     if vertices is None or points is None:
         return box_rows_overlap(ours, theirs)
     if are_boxes(ours, theirs):
@@ -92,7 +92,7 @@ def rows_contact(ours, theirs, scratch):
 
 @kernel
 def contact_by(vertices, points, ours, theirs, scratch):
-    """``rows_contact``, by the vertices of the two."""
+    """``rows_contact`` with the vertices of the two bodies as arguments."""
     if vertices is None or points is None:
         return box_pair(ours.pose, half_of(ours, ours.pose[0]), theirs.pose, half_of(theirs, ours.pose[0]))
     return pair_distance(convex_body(ours), convex_body(theirs), scratch)
@@ -100,13 +100,16 @@ def contact_by(vertices, points, ours, theirs, scratch):
 
 @kernel
 def rows_gap(ours, theirs, reach, rounding):
-    """A lower bound of the distance of two bodies [m], up to a rounding [m]; above reach [m] it may be any larger number."""
+    """A lower bound of the distance of two bodies [m], up to a rounding [m].
+
+    The bound need not be tight once it exceeds reach [m].
+    """
     return gap_by(ours.vertices, theirs.vertices, ours, theirs, reach, rounding)
 
 
 @kernel
 def gap_by(vertices, points, ours, theirs, reach, rounding):
-    """``rows_gap``, by the vertices of the two."""
+    """``rows_gap`` with the vertices of the two bodies as arguments."""
     if vertices is None or points is None:
         return box_rows_gap(ours, theirs, rounding)
     if are_boxes(ours, theirs):
@@ -122,7 +125,10 @@ def box_rows_gap(ours, theirs, rounding):
 
 @kernel
 def gap_is_searched(ours, theirs):
-    """Whether ``rows_gap`` is a search, which finds the distance itself if reach is less than that; else it may be below it."""
+    """Whether ``rows_gap`` is a search. A search ends at the exact distance, unless the bound exceeds reach first.
+
+    Without a search, the bound may stay below the distance.
+    """
     if ours.vertices is None or theirs.vertices is None:
         return False
     kind, other = int(ours.table[ours.row, SHAPE]), int(theirs.table[theirs.row, SHAPE])
@@ -131,7 +137,7 @@ def gap_is_searched(ours, theirs):
 
 @kernel
 def ball_distance(ours, theirs):
-    """The signed distance of the bounding balls of two bodies: a lower bound of that of the bodies."""
+    """The signed distance of the bounding balls of two bodies: a lower bound of the bodies' distance."""
     d = minus(origin(ours.pose), origin(theirs.pose))
     return sqrt(dot(d, d)) - BALLS * (ours.table[ours.row, REACH] + theirs.table[theirs.row, REACH])
 
@@ -146,7 +152,7 @@ def balls_overlap(ours, theirs):
 
 @kernel
 def solid_at(scene, w, like):
-    """Solid w, at its pose as numbers of the kind of ``like``."""
+    """Solid w at its pose, in numbers of the same type as ``like``."""
     if w < FIRST_BALL:
         return object_at(scene, w, constant_pose(scene.objects, w, like))
     k, lane = (w - FIRST_BALL) // WIDTH, (w - FIRST_BALL) % WIDTH
@@ -163,13 +169,13 @@ def solid_at(scene, w, like):
 
 @kernel
 def may_touch(scene, k, row):
-    """Whether body k may touch the object of a row of the table: their contact is no collision."""
+    """Whether body k may touch the object of a row: their contact is no collision."""
     return scene.may_touch[k, int(scene.objects[row, TOUCH_SET])]
 
 
 @kernel
 def is_excepted(scene, apart, k, row):
-    """Whether body k is one of those that may touch the object of a row by ``apart``."""
+    """Whether ``apart`` allows body k to touch the object of a row."""
     found = False
     if apart is not None:
         number, pairs = int(scene.objects[row, OBJECT]), apart.touching
@@ -180,13 +186,13 @@ def is_excepted(scene, apart, k, row):
 
 @kernel
 def wider_by(scene, apart, row):
-    """How much farther than a margin the object of a row has to be [m]."""
+    """The margin of a row's object in excess of the common margin [m]."""
     return 0.0 if apart is None else apart.wider[int(scene.objects[row, OBJECT])]
 
 
 @kernel
 def widest(apart, back):
-    """The greatest of these of all objects, with back = 1, or of those in the BVH, with back = 2 [m]."""
+    """The maximum extra margin [m] of all objects (back = 1), or of those in the BVH (back = 2)."""
     return 0.0 if apart is None else apart.wider[-back]
 
 

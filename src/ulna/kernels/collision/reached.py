@@ -1,15 +1,17 @@
-"""Measures how far a point is from a body's core, and finds the nodes of the BVH that a body can reach in any of eight intervals.
+"""Measures a point's distance from a body's core, and finds the nodes of the BVH within a body's reach.
 
-A body is a core swept by a ball of RADIUS (``kernels.layout``). The smallest box that holds the core is the core itself for a
-sphere, a capsule and a box: then the distance from it, less the radius, is that of the body. Else it is a lower bound.
+A body is a core swept by a ball of RADIUS (``kernels.layout``). For a sphere, a capsule and a box, the smallest box that holds
+the core is the core itself. Then the distance from this box, less the radius, is the body's distance. Otherwise it is a lower
+bound.
 
-The children of a node are tested twice. First all eight at once, a lane each, against one AABB round the body in all intervals.
-Then each that is left against the body in all eight intervals at once, a lane each: the distance of the body's bounding ball,
-and of the box round its core, from the child's AABB is compared with how far the body gets, ``within`` [m]. A child that is
-farther in every interval is clear as a whole. So the time of a search depends on what is near, not on how many objects there are.
+The children of a node are tested twice. The first test takes all eight children at once, a lane each, against one AABB round the
+body in all intervals. The second test takes each remaining child against the body in all eight intervals at once, a lane each. It
+compares two distances from the child's AABB with a bound on the body's motion, ``within`` [m]: those of the body's bounding ball
+and of the box round its core. A child that is farther away in every interval is clear as a whole. So the time of a search depends
+on nearby objects, not on the number of objects.
 
-The bound for the box round the core is the gap of two boxes along the body's axes: in the body's frame the child's AABB, with
-half extents h, lies within a box of half extents |R|^T h about the same middle.
+The bound for the box round the core is the gap of two boxes along the body's axes. In the body's frame, a child's AABB with half
+extents h lies within a box of half extents |R|^T h about the same center.
 """
 
 from ulna.engine.decorators import kernel
@@ -22,14 +24,14 @@ from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SH
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.vectors import dot, minus, origin, rotate_inverse, transform_inverse
 
-NEVER = -1.0  # as ``within`` of a lane: nothing in it is looked for
+NEVER = -1.0  # as ``within`` of a lane: no pair is near enough
 
 
 @kernel
 def core_offset(p, others, j, b):
-    """From the smallest box that holds the core of body j, at pose b, to a point, as the body's frame sees it; 0 within [m].
+    """The vector from the box around the core of body j, at pose b, to a point [m]; 0 inside.
 
-    A sphere's core is its center; it is seen from the frame of p. That of a half-space is the half-space.
+    It is in the body's frame. A sphere's core is its center; its vector is in the frame of p. A half-space is its own core.
     """
     if int(others[j, SHAPE]) == SPHERE:
         return minus(p, origin(b))
@@ -43,31 +45,31 @@ def core_offset(p, others, j, b):
 
 @kernel
 def core_slope(e, v, others, j, b):
-    """How fast the length of ``core_offset``, e, changes where the point has the velocity v; 0 where it is 0."""
+    """The rate of change of the length of ``core_offset``, e, at velocity v; 0 where e is 0."""
     return along(e, v if int(others[j, SHAPE]) == SPHERE else rotate_inverse(b, v))
 
 
 @kernel
 def core_radius(others, j):
-    """How far body j is round its core [m]: a point at least so far from the core is outside of it."""
+    """The radius of body j round its core [m]; points farther from the core are outside the body."""
     return 0.0 if int(others[j, SHAPE]) == HALF_SPACE else others[j, RADIUS]
 
 
 @kernel
 def beyond(x, extent):
-    """How far x is beyond -extent or extent, with its sign; 0 between."""
+    """The signed excess of x beyond [-extent, extent]; 0 inside."""
     return x - minimum(maximum(x, -extent), extent)
 
 
 @kernel
 def has_exact_ball(kind, other):
-    """Whether the distance of a body's bounding ball from the box round another's core is that of the two bodies."""
+    """Whether the bounding ball's distance from the box round the other core is the exact distance of the bodies."""
     return kind == SPHERE and (other <= BOX or other == HALF_SPACE)
 
 
 @kernel
 def tree_is_reached(nodes, root, p, within, radius, stack):
-    """Whether a ball with its center p and a radius reaches the AABB of any solid in a tree."""
+    """Whether a ball with center p and a radius reaches the AABB of any solid in a tree."""
     bounds, top = ball_bounds(p, within + radius), 1
     stack[0] = root
     while top > 0:
@@ -87,9 +89,9 @@ def tree_is_reached(nodes, root, p, within, radius, stack):
 
 @kernel
 def push_reached(nodes, node, body, within, apart, stack, top):
-    """Push those children of a node that a body reaches onto a stack; return the new top.
+    """Push the children of a node that a body reaches onto a stack; return the new top.
 
-    body: as ``scene.Posed``, its center, and ``ball_bounds`` of it; apart: None, or its planes are bounds too.
+    body: A ``scene.Posed``, its center, and its ``ball_bounds``. apart: None, or margins whose planes give further bounds.
     """
     posed, p, bounds = body
     bodies, k, bits = posed.table, posed.row, children_in(nodes, node, bounds)
@@ -111,7 +113,7 @@ def push_reached(nodes, node, body, within, apart, stack, top):
 
 @kernel
 def child_box(nodes, node, lane):
-    """The middle and the half extents of a child's AABB, in plain numbers."""
+    """The center and the half extents of a child's AABB, in plain numbers."""
     i, last, reach = child_rows(nodes, node)
     low = nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane]
     high = nodes[last, lane], nodes[last + 1, lane], nodes[last + 2, lane]
@@ -121,7 +123,7 @@ def child_box(nodes, node, lane):
 
 @kernel
 def ball_reaches(center, half, p, within, radius):
-    """True where the surface of a ball with its center p is no farther than ``within`` from an AABB."""
+    """True where the surface of a ball with center p is at most ``within`` from an AABB."""
     most = within + radius
     e = beyond(p[0] - center[0], half[0]), beyond(p[1] - center[1], half[1]), beyond(p[2] - center[2], half[2])
     return (dot(e, e) <= most * most) & (within >= 0.0)
@@ -129,7 +131,10 @@ def ball_reaches(center, half, p, within, radius):
 
 @kernel
 def core_reaches(center, half, bodies, k, a, within):
-    """True where the rounded box of body k, at pose a, is no farther than ``within`` from an AABB, by the bound given above."""
+    """True where the rounded box of body k, at pose a, may be at most ``within`` from an AABB.
+
+    The lower bound of their distance is the gap given in the module's docstring.
+    """
     x, most, c = transform_inverse(a, center), within + core_radius(bodies, k), HALF_EXTENTS
     e = (
         maximum(abs(x[0]) - (bodies[k, c] + turned_half(a, 0, half)), 0.0),
@@ -141,7 +146,7 @@ def core_reaches(center, half, bodies, k, a, within):
 
 @kernel
 def ball_bounds(p, radius):
-    """One AABB, in plain numbers, round a ball in all lanes."""
+    """The AABB, in plain numbers, of a ball's positions in all lanes."""
     return (
         (least(p[0] - radius), least(p[1] - radius), least(p[2] - radius)),
         (-least(-p[0] - radius), -least(-p[1] - radius), -least(-p[2] - radius)),
@@ -150,7 +155,7 @@ def ball_bounds(p, radius):
 
 @kernel
 def least(x):
-    """The least of the lanes."""
+    """The minimum over the lanes."""
     lowest = lane_of(x, 0)
     for lane in range(1, lane_count(x)):
         lowest = min(lowest, lane_of(x, lane))

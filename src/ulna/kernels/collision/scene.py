@@ -1,4 +1,4 @@
-"""Names the parts of a robot and a world as the kernels and the entries take them, and of what these find."""
+"""Names the arrays of a robot, a world and their search results, as kernels and entries take them."""
 
 from typing import Any, NamedTuple
 
@@ -12,8 +12,8 @@ from ulna.engine.signatures import MATRIX, NONE, PAIRS, TABLE, TRUTH_TABLE, WHOL
 class Scene(NamedTuple):
     """A robot and the objects of a world, in flat arrays (columns: ``kernels.layout``).
 
-    Where all shapes are boxes, ``vertices`` and ``points`` are None: such scenes compile without the search for distances of
-    convex shapes, in a fraction of the time.
+    If all shapes are boxes, ``vertices`` and ``points`` are None. Such a scene compiles without the distance search for convex
+    shapes, in a fraction of the time.
     """
 
     joints: NDArray
@@ -21,11 +21,11 @@ class Scene(NamedTuple):
     bodies: NDArray
     """The collision bodies of the robot, shape (n_bodies, BODY_WIDTH)."""
     vertices: NDArray | None
-    """Those of the robot's hulls, shape (m, 3)."""
+    """The vertices of the robot's hulls, shape (m, 3)."""
     pairs: NDArray
-    """The bodies that are tested against each other, shape (n_pairs, 2)."""
+    """The pairs of bodies to test against each other, shape (n_pairs, 2)."""
     objects: NDArray
-    """Solids, shape (n_rows, BODY_WIDTH): of the world the rows from ``first`` to before ``end``, and those below ``root``."""
+    """Solids, shape (n_rows, BODY_WIDTH). The world's are the rows from ``first`` to before ``end``, and those below ``root``."""
     points: NDArray | None
     """The vertices of their hulls, shape (m, 3), or None."""
     nodes: NDArray
@@ -33,14 +33,14 @@ class Scene(NamedTuple):
     root: int
     """The root of the world's BVH; NO_NODE if there is none."""
     first: int
-    """The first row of the solids that are not in the BVH: these, the unindexed ones, are tested one by one."""
+    """The first row of the unindexed solids, which are not in the BVH and are tested one by one."""
     end: int
-    """The row after the last of them."""
+    """The row after the last unindexed solid."""
     may_touch: NDArray
-    """Whether a body may touch the objects of a set, shape (n_bodies, n_sets); set 0 is of those that none may touch."""
+    """Whether a body may touch the objects of a touch set, shape (n_bodies, n_sets); set 0 is empty: no body may touch them."""
 
 
-# The types of a scene, which entries take whole. Those of robot and world are the same: kernels of two bodies are compiled once.
+# The types of a scene, which entries take whole. Robot and world have the same types: kernels of two bodies are compiled once.
 BOXES = Group((TABLE, TABLE, NONE, PAIRS, TABLE, NONE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 SHAPES = Group((TABLE, TABLE, TABLE, PAIRS, TABLE, TABLE, MATRIX, WHOLE, WHOLE, WHOLE, TRUTH_TABLE), Scene)
 
@@ -58,50 +58,50 @@ class Posed(NamedTuple):
 
 
 class Planes(NamedTuple):
-    """Planes that have bodies on one side (``bounding_planes``)."""
+    """Bounding planes of bodies (``bounding_planes``)."""
 
     rows: NDArray
     """PLANES rows for each body, in its frame, shape (PLANES n_bodies, PLANE_WIDTH)."""
     counts: NDArray
-    """How many were written for each body so far, shape (n_bodies,)."""
+    """The number of planes written for each body, shape (n_bodies,)."""
 
 
 class Apart(NamedTuple):
-    """How far bodies have to be from objects, where that is not the same for all; None where it is."""
+    """Margins of bodies from objects, where objects differ; None if one margin applies to all."""
 
     wider: NDArray
-    """How much farther than a margin each object has to be, by its number [m], at least 0; behind them the greatest of those in
-    the BVH, and the greatest of all: shape (n_objects + 2,)."""
+    """The extra margin of each object, by its number [m], at least 0; then the maximum over the BVH's objects, and over all
+    objects: shape (n_objects + 2,)."""
     touching: NDArray
-    """Pairs of a body and an object that may touch all the same, shape (n, PAIR_WIDTH)."""
+    """Pairs of a body and an object that may touch nevertheless, shape (n, PAIR_WIDTH)."""
     planes: Planes
-    """Planes beside the bodies."""
+    """Bounding planes of the bodies."""
 
 
 class Nearness(NamedTuple):
-    """The distances within which a pair is found."""
+    """The distances within which a pair is near."""
 
     clearance: float
-    """Distance that a pair has to keep [m], which ``apart`` widens for objects."""
+    """Required distance of a pair [m]; ``apart`` widens it for objects."""
     apart: Apart | None
     within: float
-    """Greatest distance beyond that [m]."""
+    """Maximum distance beyond the required one [m]."""
 
 
 class Intervals(NamedTuple):
-    """Eight intervals of an edge, and what a look at them asks of every pair of bodies."""
+    """Eight intervals of an edge, and the options for their test."""
 
     half: Any
-    """Half of their lengths, as a fraction of the edge."""
+    """Half of each length, as a fraction of the edge."""
     still: bool
-    """Whether these are 0, so that nothing moves."""
+    """Whether the lengths are 0, so that nothing moves."""
     stop: bool
-    """Whether a contact ends the search. Then contacts are looked for in lanes that are not clear too."""
+    """Whether a contact ends the search. If so, contacts are searched in all lanes, clear or not."""
     margin: float
-    """Distance that an object has to keep [m], which ``apart`` widens."""
+    """Required distance of objects [m]; ``apart`` widens it."""
     apart: Apart | None
     of_world: float
-    """How far rounding may put a point of an object [m]."""
+    """Bound on the rounding of an object's points [m]."""
 
 
 class Mover(NamedTuple):
@@ -110,63 +110,63 @@ class Mover(NamedTuple):
     ball: int
     """The ball that holds it."""
     row: int
-    """Its own in the table of bodies."""
+    """Its row in the table of bodies."""
     pose: Any
     """Twelve numbers."""
     center: Any
     """In the base frame [m]."""
     velocity: Any
-    """Velocity of its center, the edge being passed in a unit of time [m]."""
+    """Velocity of its center, if the edge takes a unit of time [m]."""
 
 
 class Reach(NamedTuple):
-    """Ways of a body in eight intervals, and the distance that an object has to keep from it."""
+    """Bounds on the motion of a body in eight intervals, and the required distance of an object from it."""
 
     way: Any
-    """Way of its farthest point within half of an interval, with ``slack`` [m]."""
+    """Bound on the motion of its points within half of an interval, plus ``slack`` [m]."""
     within: Any
-    """The same where the lane is clear, else how near a contact is [m]."""
+    """The same where the lane is clear; elsewhere the distance of a contact [m]."""
     slack: float
-    """Length that rounding and the margin add [m]."""
+    """Length added by rounding and by the margin [m]."""
     margin: float
-    """Distance that the object has to keep [m]."""
+    """Required distance of the object [m]."""
 
 
 class Carried(NamedTuple):
-    """The bodies of a scene by the joint that carries them, each group within one ball, and how these move along an edge.
+    """The bodies of a scene grouped into one ball per joint, and their motion along an edge.
 
-    The first seven fields belong to the scene, the next four to an edge (``ball_motion.write_motion``), the others to eight
+    The first seven fields belong to the scene, the next three to an edge (``ball_motion.write_motion``), the others to eight
     configurations on it (``ball_motion.place_balls``).
     """
 
     balls: NDArray
     """Joint, center in its frame [m], radius [m]: shape (n_balls, BALL_WIDTH)."""
     order: NDArray
-    """The bodies, those of one ball one after the other, shape (n_bodies,)."""
+    """The bodies, grouped by ball, shape (n_bodies,)."""
     first: NDArray
-    """Where those of each ball begin in ``order``, and then its length, shape (n_balls + 1,)."""
+    """The place in ``order`` of the first body of each ball, and then the number of bodies, shape (n_balls + 1,)."""
     groups: NDArray
-    """The pairs of two balls: the balls, the joint that carries both, where they begin and end: shape (n_groups, GROUP_WIDTH)."""
+    """Pairs of two balls: the balls, the joint that carries both, the first and the end run: shape (n_groups, GROUP_WIDTH)."""
     runs: NDArray
-    """The pairs of one body of a group's first ball: the body, where they begin and end: shape (n_runs, RUN_WIDTH)."""
+    """The pairs of one body of a group's first ball: the body, the first and the end pair: shape (n_runs, RUN_WIDTH)."""
     others: NDArray
-    """The other body of each pair, those of one run one after the other, shape (n_pairs,)."""
+    """The other body of each pair, grouped by run, shape (n_pairs,)."""
     steps: NDArray
     """Each joint along the edge, shape (n_joints, STEP_WIDTH)."""
     speeds: NDArray
-    """The greatest speed of a point of each ball, as a joint sees it; last as the base sees it [m], (n_balls, n_joints + 1)."""
+    """Maximum speed of a ball's points, as seen from each joint, then from the base [m], shape (n_balls, n_joints + 1)."""
     bends: NDArray
-    """The greatest acceleration of a point of each ball, as in ``speeds`` [m], shape (n_balls, n_joints + 1)."""
+    """Maximum acceleration of a ball's points, with the columns of ``speeds`` [m], shape (n_balls, n_joints + 1)."""
     slacks: NDArray
-    """How far rounding, and what is allowed beside the edge, may put a point of each ball [m], shape (n_balls,)."""
+    """Bound on the displacement of a ball's points by rounding and spread [m], shape (n_balls,)."""
     joint_rows: NDArray
     """Poses of the joints, 12 n_joints rows."""
     twist_rows: NDArray
     """Velocities of the joints' origins, and angular velocities, 6 n_joints rows."""
     ball_rows: NDArray
-    """Centers of the balls, their velocities, and by how much a point of each can move, 7 n_balls rows."""
+    """Centers of the balls, their velocities, and bounds on the motion of their points, 7 n_balls rows."""
     center_rows: NDArray
-    """The origins of the bodies, 3 n_bodies rows; those of a ball are written when they are first needed."""
+    """The origins of the bodies, 3 n_bodies rows; those of a ball are written at their first use."""
     placed: NDArray
     """1 for each ball whose bodies' origins are written, else 0: shape (n_balls,)."""
     near: NDArray
@@ -174,18 +174,18 @@ class Carried(NamedTuple):
 
 
 class EdgeCheck(NamedTuple):
-    """A scene, and room to decide whether edges are free in it: one per thread is enough for any number of edges."""
+    """A scene with the workspace of edge checks. Each thread needs one, for any number of edges."""
 
     scene: Scene
     carried: Carried
     work: tuple
-    """Room made by ``collision.entries.continuous.interval_work``."""
+    """Workspace from ``collision.entries.continuous.interval_work``."""
     of_world: float
-    """Greatest error of a point of an object by rounding [m]."""
+    """Bound on the rounding of an object's points [m]."""
 
 
 class Edge(NamedTuple):
-    """The line from q_a to q_b, and all that lies within ``spread`` of it in each entry of q, shape (n_dof,) each."""
+    """The line from q_a to q_b, widened by ``spread`` in each entry of q, shape (n_dof,) each."""
 
     q_a: NDArray
     q_b: NDArray
@@ -193,33 +193,33 @@ class Edge(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Room for the near pairs of one q, and to find them."""
+    """Workspace for the near pairs of one q."""
 
     joint_rows: NDArray
     """Poses of the joints, 12 n_joints rows."""
     body_rows: NDArray
     """Poses of the bodies, 12 n_bodies rows."""
     contact_rows: NDArray
-    """Shape (room + 1, CONTACT_WIDTH): the last is worked on."""
+    """Shape (room + 1, CONTACT_WIDTH); the last row is scratch."""
     pair_rows: NDArray
     """Shape (room, PAIR_WIDTH)."""
     last_rows: NDArray
-    """The last row of each object, with any values, shape (n_objects,); without any, all solids of an object are kept."""
+    """The last row of each object, with any values, shape (n_objects,); without entries, all solids of an object are kept."""
     stack: NDArray
-    """Of the BVH."""
+    """The stack of the BVH."""
     heights: NDArray
-    """Of what is on the stack."""
+    """Lower bounds of the distances of the nodes on the stack."""
     unseen: NDArray
-    """A lower bound of how much farther apart pairs are than they have to be that were not looked at, since there are many [m]:
-    shape (1,), or (0,) where all are looked at."""
+    """A lower bound of the excess distance of the pairs that were skipped, since there are many [m]: shape (1,);
+    or (0,) if no pair may be skipped."""
     planes: Planes
-    """Planes beside the bodies: those written bound what is looked at later, which need not be at the same q."""
+    """Bounding planes of the bodies. They stay valid for later searches, also at another q."""
     scratch: tuple
-    """Of EPA."""
+    """The workspace of EPA."""
 
 
 class NearestPair(Record):
-    """The nearest pair at one q. ``distance`` is the first field, which C reads (``native/ways.c``).
+    """The nearest pair at one q. C reads the first field, ``distance`` (``native/ways.c``).
 
     Attributes:
         distance: The signed distance [m], infinite if there is no pair.
@@ -233,13 +233,13 @@ class NearestPair(Record):
 
 
 class NearPairs(NamedTuple):
-    """The pairs near each other at each q of a batch, those of one q after those of the one before, the nearest first."""
+    """The pairs near each other at each q of a batch, grouped by q, the nearest first."""
 
     ends: NDArray[np.int64]
     """The row after the last pair of each q, shape (n,)."""
     pairs: NDArray[np.int64]
-    """``PAIR_BODY``, ``PAIR_OTHER`` and ``PAIR_OBJECT`` of each, shape (m, PAIR_WIDTH)."""
+    """``PAIR_BODY``, ``PAIR_OTHER`` and ``PAIR_OBJECT`` of each pair, shape (m, PAIR_WIDTH)."""
     contacts: NDArray[np.float64]
     """Shape (m, CONTACT_WIDTH)."""
     gradients: NDArray[np.float64]
-    """The gradient of the distance [m/rad or 1], shape (m, n_dof); without rows unless wanted."""
+    """The gradient of the distance [m/rad or 1], shape (m, n_dof); without rows if not requested."""

@@ -1,4 +1,4 @@
-"""Names the parts of convex bodies as the kernels of their distance take them."""
+"""Names the parts of convex bodies for the distance kernels."""
 
 from typing import Any, NamedTuple
 
@@ -6,7 +6,10 @@ from numpy.typing import NDArray
 
 
 class Core(NamedTuple):
-    """A convex shape in its own frame. Kind and vertices are the same in all lanes; the half extents are numbers of lanes."""
+    """A convex shape in its own frame.
+
+    Kind and vertices are the same in all lanes; the half extents are numbers of lanes.
+    """
 
     kind: int
     """A kind of ``kernels.layout``."""
@@ -27,13 +30,13 @@ class Body(NamedTuple):
 
 
 class Simplex(NamedTuple):
-    """Up to three points of the Minkowski difference of two cores, and their point nearest to the origin."""
+    """Up to three points of the Minkowski difference of two cores, and their convex hull's point nearest to the origin."""
 
     v: Any
     """The nearest point."""
     points: Any
     """Three points."""
     sources: Any
-    """The points of the first core that these come from."""
+    """The points of the first core that belong to these."""
     weights: Any
-    """The shares of the three that make up v."""
+    """The weights of the three points in v."""

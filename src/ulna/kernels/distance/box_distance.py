@@ -1,15 +1,14 @@
 """Computes the exact signed distance of two oriented boxes, with witness points and normal.
 
-Boxes apart. The pairs of nearest points form a convex set; at a corner of that set the faces of the two boxes in which the
-points lie have no direction in common, so that one point is a corner of its box, or both lie within edges that cross. And
-where they lie within edges, each edge is the outermost one of its box along the edges' common perpendicular. So the distance
-is the least over 25 pairs of points: each of the 16 corners with the point of the other box nearest to it, and for each of
-the 9 pairs of edge directions one pair of edges. Every candidate is a pair of points of the boxes, so none is nearer than the
-distance.
+Separate boxes. The pairs of nearest points form a convex set. Take a corner of this set. The faces that contain its two points
+share no direction. So one point is a corner of its box, or the points lie within edges that cross. In the second case each edge
+is the outermost one of its box along the edges' common perpendicular. The distance is therefore the minimum over 25 pairs of
+points: 16 corners, each with the nearest point of the other box, and one pair of edges for each of the 9 pairs of edge
+directions. Every candidate is a pair of points of the boxes, so no candidate is nearer than the distance.
 
-Boxes that overlap are first moved apart along the axis of least overlap (``box_sat``); there they touch, and the same search
-finds the points. Boxes that touch (``CONTACT``) have the distance zero, and the normal of that axis: the difference of points so
-near is rounding. Extents of zero are allowed.
+Overlapping boxes are first moved apart along the axis of minimum overlap (``box_sat``). There they touch, and the same search
+finds the points. Boxes that touch (``CONTACT``) have distance zero and the normal of that axis, since the difference of such near
+points is rounding. Extents of zero are allowed.
 """
 
 import numpy as np
@@ -36,19 +35,22 @@ from ulna.kernels.spatial.vectors import (
     z_axis,
 )
 
-# A tilt [rad] that decides which edge is outermost where two are level, as in boxes with parallel faces; the same tilt for
-# all edges, so that the decisions belong to one and the same pose. It decides only which points are compared.
+# A tilt [rad] that decides which of two level edges is outermost, as in boxes with parallel faces. All edges use the same tilt,
+# so the decisions are consistent with one pose. It only selects the points to compare.
 _TILT = 0.6e-12, -0.36e-12, 0.71e-12
 
 
 @kernel
 def box_pair(a, h, b, g):
-    """The signed distance of two boxes [m], and in the frame in which the poses are given p_a, p_b and the normal from a to b."""
+    """The signed distance of two boxes [m], p_a, p_b, and the normal from a to b.
+
+    Points and normal are in the poses' reference frame.
+    """
     gap, direction, near = separating_axis(a, h, b, g)
     r, t = relative_pose(a, b)
     n = rotate_inverse(a, direction)
     square, p, q = nearest_points(r, add_scaled(t, where(near, -gap, 0.0), n), h, g)
-    # A clamp turns NaN into a number, so NaN is tested for before it.
+    # A clamp turns NaN into a number, so NaN is tested for first.
     numbers = dot(t, t) + dot(r[0], r[0]) + dot(r[1], r[1]) + dot(r[2], r[2]) >= 0.0
     distance = where(numbers, sqrt(square), np.nan)
     normal = chosen(near, n, scaled(minus(q, p), 1.0 / where(near, 1.0, distance)))
@@ -58,9 +60,10 @@ def box_pair(a, h, b, g):
 
 @kernel
 def separating_axis(a, h, b, g):
-    """The widest gap [m], its axis from a to b, and where the boxes overlap or touch. Zeros where they are apart.
+    """The widest gap [m], its axis from a to b, and the lanes where the boxes overlap or touch.
 
-    Most pairs are far apart, which the test without square roots finds first.
+    Gap and axis are zero where the boxes are apart. Most pairs are far apart, and the first test, without square roots, finds
+    this.
     """
     near = boxes_overlap(a, h, b, g)
     zero = splat(0.0, a[0])
@@ -85,13 +88,16 @@ def axis_from(a, b, index):
 
 @kernel
 def pose_axis(a, k):
-    """Axis k of a pose, k a number."""
+    """Axis k of a pose, where k is a number of lanes."""
     return chosen(k < 0.5, x_axis(a), chosen(k < 1.5, y_axis(a), z_axis(a)))
 
 
 @kernel
 def nearest_points(r, t, h, g):
-    """The least square of a distance over the 25 pairs, and the pair, in the frame of A. r = R_a_b by rows, t = t_a_b."""
+    """The minimum squared distance over the 25 pairs, and its pair, in the frame of A.
+
+    r: The rows of R_a_b. t: t_a_b.
+    """
     x, y, z = columns(r)
     edges = scaled(x, g[0]), scaled(y, g[1]), scaled(z, g[2])
     square, q = nearest_corner(t, edges, h)
@@ -108,13 +114,13 @@ def nearest_points(r, t, h, g):
 
 @kernel
 def inside(p, h):
-    """The point of the box with half extents h, centered at the origin, that is nearest to p."""
+    """The point nearest to p in the box with half extents h, centered at the origin."""
     return clamp(p[0], h[0]), clamp(p[1], h[1]), clamp(p[2], h[2])
 
 
 @kernel
 def nearest_corner(c, edges, h):
-    """Of the corners c +- x +- y +- z the one nearest to a box about the origin: the square of its distance, and the corner."""
+    """The corner c +- x +- y +- z nearest to a box about the origin, after its squared distance."""
     x, y, z = edges
     return nearer_corner(nearest_of_four(plus(c, x), y, z, h), nearest_of_four(minus(c, x), y, z, h))
 
@@ -131,28 +137,28 @@ def nearest_of_four(c, y, z, h):
 
 @kernel
 def nearer(best, other):
-    """The nearer of two pairs: the square of a distance and two points."""
+    """The nearer of two pairs, each a squared distance and two points."""
     mask = other[0] < best[0]
     return where(mask, other[0], best[0]), chosen(mask, other[1], best[1]), chosen(mask, other[2], best[2])
 
 
 @kernel
 def nearer_corner(best, other):
-    """The nearer of two corners: the square of a distance and a point."""
+    """The nearer of two corners, each a squared distance and a point."""
     mask = other[0] < best[0]
     return where(mask, other[0], best[0]), chosen(mask, other[1], best[1])
 
 
 @kernel
 def outside_square(p, h):
-    """The square of the distance of p from a box about the origin, and p."""
+    """The squared distance of p from a box about the origin, and p."""
     x, y, z = maximum(abs(p[0]) - h[0], 0.0), maximum(abs(p[1]) - h[1], 0.0), maximum(abs(p[2]) - h[2], 0.0)
     return x * x + y * y + z * z, p
 
 
 @kernel
 def signs(r):
-    """The signs of the entries of R_a_b after a tiny tilt of B, so that an entry of zero has a sign."""
+    """The signs of the entries of R_a_b after a tiny tilt of B, which gives a sign to zeros."""
     return row_signs(r[0]), row_signs(r[1]), row_signs(r[2])
 
 
@@ -169,10 +175,10 @@ def row_signs(row):
 
 @kernel
 def nearest_edges(best, t, h, d, length, sides, s):
-    """The nearer of the best pair so far and the three of the edges of B along d with the three edge directions of A.
+    """Update the best pair with an edge of B along d and each of the three edge directions of A.
 
-    ``sides`` lead from the axis of B to these edges, along the next axis of B and the one after; ``s`` are the signs by column:
-    of d and of these two.
+    sides: Vectors from the axis of B to these edges, along the next axis of B and the one after. s: The signs by column, of d and
+    of these two axes.
     """
     y, z = sides
     of_d, of_y, of_z = s
@@ -187,21 +193,23 @@ def nearest_edges(best, t, h, d, length, sides, s):
 
 @kernel
 def cycled(v):
-    """The vector in axes numbered from the next one on."""
+    """The vector in cyclically renumbered axes: 1, 2, 0."""
     return v[1], v[2], v[0]
 
 
 @kernel
 def edge_pair(t, h, d, length, sides, s):
-    """Nearest points of an edge of A along axis 0 and of an edge of B along d, outermost along their common perpendicular.
+    """Nearest points of an edge of A along axis 0 and an edge of B along d.
 
-    1. n = (0, -d2, d1) is the perpendicular, turned by ``towards`` to lead from A to B. A's edge lies on the side of n; B's,
-       which runs through t +- y +- z, on the other. With y, z and d the axes of B in cyclic order, n . y has the sign of
-       entry 0 of z, and n . z that of minus entry 0 of y.
-    2. Seen along axis 0 A's edge is a point: the nearest point of B's line to it, kept within the edge; then the point of A's
-       edge nearest to that. Where the edges do not cross, the pair is one of points all the same.
+    Both are the outermost edges along their common perpendicular.
 
-    s: the signs of entries 1 and 2 of d, and of entry 0 of y and of z.
+    1. n = (0, -d2, d1) is the perpendicular; ``towards`` orients it from A to B. A's edge lies on the side of n, B's edge on the
+       other side. B's edge passes through t +- y +- z. With y, z and d the axes of B in cyclic order, n . y has the sign of entry
+       0 of z, and n . z the sign of minus entry 0 of y.
+    2. Seen along axis 0, A's edge is a point. Take the nearest point of B's line to it, clamped to the edge, then the nearest
+       point of A's edge. If the edges do not cross, the result is still a pair of points of the boxes.
+
+    s: The signs of entries 1 and 2 of d, and of entry 0 of y and of z.
     """
     (y, z), (sign_1, sign_2, sign_y, sign_z) = sides, s
     towards = where(t[2] * d[1] - t[1] * d[2] < 0.0, -1.0, 1.0)

@@ -1,9 +1,11 @@
 """Tests two oriented boxes by the fifteen axes of the separating-axis theorem.
 
-Source: Gottschalk, Lin and Manocha, OBBTree (SIGGRAPH 1996), section 5; the layout follows Ericson, Real-Time Collision
-Detection (2005), section 4.4.1. Two convex bodies are apart exactly if their projections on some axis are; for boxes the
-three face normals of each and the nine cross products of their edges suffice. A gap is the distance between the projections,
-negative by how far they overlap. Boxes that touch count as overlapping: those that are no farther apart than ``CONTACT`` says.
+Two convex bodies are apart exactly if their projections on some axis are. For boxes the three face normals of each and the nine
+cross products of their edges suffice. A gap is the distance between the projections; for overlapping projections it is minus
+their overlap. Boxes that touch, within the tolerance ``CONTACT``, count as overlapping.
+
+Source: Gottschalk, Lin and Manocha, OBBTree (SIGGRAPH 1996), section 5; the layout follows Ericson, Real-Time Collision Detection
+(2005), section 4.4.1.
 """
 
 from ulna.engine.decorators import kernel
@@ -12,16 +14,16 @@ from ulna.kernels.layout import CONTACT
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.vectors import origin, plus, rotate_inverse, times, transform_inverse, x_axis, y_axis, z_axis
 
-# Two edges within 1e-8 rad of parallel give no axis of their own: the product of unit vectors so close carries no
-# direction, and the face normals already separate as well as that axis would, to 1e-8 of the boxes' size.
+# Two edges within 1e-8 rad of parallel give no axis of their own: the product of such unit vectors has no accurate
+# direction. The face normals separate as well as that axis would, to 1e-8 of the boxes' size.
 _PARALLEL = 1e-16  # the square of the sine of that angle
 _NEVER = -1e300
-_ROUNDING = 2e-15  # of the boxes' size: of a gap that is still times the length of its axis
+_ROUNDING = 2e-15  # of the boxes' size: rounding of a gap that is scaled by the length of its axis
 
 
 @kernel
 def relative_pose(a, b):
-    """R_a_b, as three rows of three, and t_a_b: pose b seen from pose a."""
+    """Pose b in the frame of pose a: R_a_b as three rows of three, and t_a_b."""
     r = rotate_inverse(b, x_axis(a)), rotate_inverse(b, y_axis(a)), rotate_inverse(b, z_axis(a))
     return r, transform_inverse(a, origin(b))
 
@@ -40,7 +42,10 @@ def point_in_a(r, t, p):
 
 @kernel
 def face_gaps(r, m, t, h, g):
-    """The gaps along the three face normals of A (half extents h) and then of B (g). m holds the sizes of the entries of r."""
+    """The gaps along the three face normals of A (half extents h), then along those of B (g).
+
+    m: The absolute values of the entries of r.
+    """
     return (
         abs(t[0]) - h[0] - (g[0] * m[0][0] + g[1] * m[0][1] + g[2] * m[0][2]),
         abs(t[1]) - h[1] - (g[0] * m[1][0] + g[1] * m[1][1] + g[2] * m[1][2]),
@@ -53,9 +58,10 @@ def face_gaps(r, m, t, h, g):
 
 @kernel
 def edge_gaps(t, h, r, m, g):
-    """The gaps along the products of one edge of A by the three of B, times the products' lengths, and those lengths squared.
+    """The gaps along the products of one edge of A with the three of B, scaled by the products' lengths.
 
-    0, 1, 2 number A's axes from this edge on. t, h: A's entries 1 and 2; r: the rows of these two axes; m: of all three.
+    The second result is the squared lengths. A's axes are numbered 0, 1, 2 from this edge on. t, h: A's entries 1 and 2. r: The
+    rows of these two axes. m: The absolute rows of all three axes.
     """
     (t1, t2), (h1, h2), (r1, r2), (m0, m1, m2) = t, h, r, m
     return (
@@ -70,7 +76,7 @@ def edge_gaps(t, h, r, m, g):
 
 @kernel
 def all_gaps(a, h, b, g):
-    """The six face gaps, and for each edge of A its three edge gaps with the squared lengths of their axes."""
+    """The six face gaps, and each edge of A's three edge gaps with their axes' squared lengths."""
     r, t = relative_pose(a, b)
     m = sizes(r[0]), sizes(r[1]), sizes(r[2])
     return (
@@ -89,7 +95,7 @@ def sizes(v):
 
 @kernel
 def widest_of_edges(edges):
-    """The widest of one edge's gaps whose axis can be used, still times the axis' length: its sign is what counts."""
+    """The widest of one edge's gaps with a usable axis, scaled by the axis' length: only its sign counts."""
     gap, square = edges
     return maximum(
         maximum(where(square[0] > _PARALLEL, gap[0], _NEVER), where(square[1] > _PARALLEL, gap[1], _NEVER)),
@@ -99,10 +105,10 @@ def widest_of_edges(edges):
 
 @kernel
 def boxes_overlap(a, h, b, g):
-    """True where the box at pose a with half extents h and the box at pose b with half extents g share a point.
+    """True where two boxes share a point: at poses a and b, with half extents h and g.
 
-    No division and no square root: the sign of a gap does not need the length of its axis. A product of edges that are nearly
-    parallel is short, and what rounding makes of its gap proves nothing.
+    It needs no division and no square root, since the sign of a gap does not depend on the length of its axis. The product of
+    nearly parallel edges is short, and rounding makes its gap useless as a proof.
     """
     size = h[0] + h[1] + h[2] + g[0] + g[1] + g[2]
     margin = CONTACT * size
@@ -116,9 +122,9 @@ def boxes_overlap(a, h, b, g):
 def widest_gap(a, h, b, g):
     """The widest gap over the fifteen axes [m] and the number of its axis.
 
-    Negative: the boxes overlap, and this is their penetration depth, exact, for the shortest way out of two convex polytopes
-    lies along a face normal of one or a product of their edges. Positive: they are apart, by at least this.
-    Axes 0-2 are the face normals of A, 3-5 those of B, 6 + 3 i + j the product of edge i of A by edge j of B.
+    Negative: the boxes overlap, and this is minus their exact penetration depth. The shortest translation that separates two
+    convex polytopes is along a face normal, or along a product of their edges. Positive: they are at least this far apart. Axes
+    0-2 are the face normals of A, axes 3-5 those of B. Axis 6 + 3 i + j is the product of edge i of A and edge j of B.
     """
     f, e0, e1, e2 = all_gaps(a, h, b, g)
     widest, axis = f[0], splat(0.0, f[0])
@@ -135,9 +141,9 @@ def widest_gap(a, h, b, g):
 
 @kernel
 def certain_gap(a, h, b, g, rounding):
-    """No more than the distance of two boxes [m]: the widest gap over the fifteen axes, each less by its rounding.
+    """A lower bound of the distance of two boxes [m]: the widest of the fifteen gaps, less rounding.
 
-    rounding [m] is that of a gap along a unit vector. Divided by the length of a short axis it grows.
+    rounding: That of a gap along a unit vector [m]. It is divided by the length of a short axis.
     """
     f, e0, e1, e2 = all_gaps(a, h, b, g)
     widest = maximum(maximum(maximum(f[0], f[1]), maximum(f[2], f[3])), maximum(f[4], f[5])) - rounding
@@ -149,13 +155,13 @@ def certain_gap(a, h, b, g, rounding):
 
 @kernel
 def true_gap(gap, square):
-    """An edge gap in meters, or never the widest where the edges are parallel."""
+    """An edge gap in meters; hugely negative where the edges are parallel."""
     usable = square > _PARALLEL
     return where(usable, gap / sqrt(where(usable, square, 1.0)), _NEVER)
 
 
 @kernel
 def keep_wider(widest, axis, gap, k):
-    """The wider of the widest gap so far and the gap of axis k, with its axis."""
+    """The wider of the widest gap and the gap of axis k, with its axis."""
     wider = gap > widest
     return where(wider, gap, widest), where(wider, float(k), axis)

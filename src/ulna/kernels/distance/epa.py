@@ -1,21 +1,22 @@
-"""Computes how deep two convex cores overlap, by the expanding polytope algorithm.
+"""Computes the penetration depth of two convex cores, by the expanding polytope algorithm (EPA).
 
-The algorithm takes one pair of plain numbers. The Minkowski difference, all p - q for points p of A and q of B, is convex and
-contains the origin. The depth is the distance from the origin to its surface, and the outward normal there is the direction of
-least translation that separates the two (van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects,
-GDC 2001).
+It takes one pair of plain numbers. The Minkowski difference is the set of all p - q for points p of A and q of B. It is convex
+and contains the origin. The depth is the distance from the origin to its surface. The outward normal there is the direction of
+the shortest translation that separates the two.
 
 1. Begin with a tetrahedron of support points, a polytope inside the Minkowski difference. It need not contain the origin.
-2. Take the face whose plane has the least offset from the origin. This offset is a lower bound of the depth.
-3. The support point along the normal of that face gives an upper bound of the depth. If the bounds are equal, that is the depth.
+2. Take the face whose plane has the minimum offset from the origin. This offset is a lower bound of the depth.
+3. The support point along the normal of that face gives an upper bound of the depth. If the bounds are equal, this is the depth.
 4. If not, add the point to the polytope: remove the faces that see it, and connect their boundary to it. Repeat from 2.
-5. At the end the nearest point of the surface, which may be on another face of almost the same offset, must pass step 3 too. It
-   is a weighted sum of corners, and the same weights applied to the points p and q of these corners give the witness points.
+5. At the end the nearest point of the surface must pass step 3 too. It may be on another face of almost the same offset. This
+   point is a weighted sum of corners. The same weights, applied to the points p and q of these corners, give the witness points.
 
-For polytopes this ends with the exact depth after finitely many steps, unless they need more than MAX_POINTS points, as round
-hulls of many thousand vertices may. For cylinders the bounds converge. If the point budget runs out, the best upper bound is
-returned. No result is less than the depth. A flat Minkowski difference (of two flat cores in one plane) has depth zero along its
-own normal.
+For polytopes the algorithm ends with the exact depth after finitely many steps. Exceptions are those that need more than
+MAX_POINTS points, such as round hulls of many thousand vertices. For cylinders the bounds converge. If the point budget runs out,
+the best upper bound is returned. No result is less than the depth. A flat Minkowski difference (of two flat cores in one plane)
+has depth zero along its own normal.
+
+Source: van den Bergen, Proximity Queries and Penetration Depth Computation on 3D Game Objects, GDC 2001.
 """
 
 import numpy as np
@@ -54,30 +55,33 @@ from ulna.kernels.spatial.vectors import (
     z_axis,
 )
 
-FACES, EDGES = 2, 3  # of a polytope, at most so many times its points: no closed surface of triangles has more
+FACES, EDGES = 2, 3  # bound on a polytope's faces and edges per point: no closed surface of triangles has more
 SCRATCH = (MAX_POINTS, POINT_WIDTH), (FACES * MAX_POINTS, FACE_WIDTH), (EDGES * MAX_POINTS, 2)  # shapes for any two cores
 _EXACT = 1e-10  # of the bodies' size: the bounds have converged; much smaller faces have no usable normals
-_TOUCHING = 1e-9  # of the bodies' size: a surface point so near to the origin gives no direction
+_TOUCHING = 1e-9  # of the bodies' size: a surface point this near to the origin gives no direction
 _CLEARANCE = 1e-3  # of the bodies' size
 _ROUNDS = 8
 _OF_BOX = 8  # corners
-_CURVED = 160  # points of a polytope within a curved set, whose faces have no end
+_CURVED = 160  # points of a polytope inside a curved set, which could be refined without end
 _DIRECTIONS, _SECTIONS, _GOLDEN = 64, 40, 0.6180339887498949
-_LEVEL = 1e-13  # of the bodies' size: a point no higher than this above a face does not see it
+_LEVEL = 1e-13  # of the bodies' size: a point at most this far above a face does not see it
 
 
 @kernel
 def points_needed(n, m):
-    """The number of points for which a polytope needs room, where hulls have n vertices in all, and those of others m.
+    """The number of points to allocate, for hulls with n vertices in all, and the others' hulls with m.
 
-    A Minkowski difference has at most as many corners as the product of those of its two cores; a box has eight.
+    A Minkowski difference has at most as many corners as the product of the corner counts of its two cores; a box has eight.
     """
     return min(MAX_POINTS, max(_CURVED, max(n, _OF_BOX) * max(n, m, _OF_BOX)))
 
 
 @kernel
 def with_penetration(a, core_a, b, core_b, contact, inside, scratch):
-    """The contact with minus the depth as distance in the lanes where the cores overlap, one lane after the other."""
+    """Replace the contact by the penetration in the lanes where the cores overlap, one lane after the other.
+
+    The distance there is minus the depth.
+    """
     distance, p, q, n = contact
     for lane in range(lane_count(distance)):
         if lane_of(inside, lane) != 0.0:
@@ -92,34 +96,34 @@ def with_penetration(a, core_a, b, core_b, contact, inside, scratch):
 
 @kernel
 def core_of(core, lane):
-    """A core of one lane."""
+    """A core in one lane, as plain numbers."""
     return Core(core.kind, vector_of(core.half, lane), core.vertices)
 
 
 @kernel
 def vector_of(v, lane):
-    """A vector of one lane."""
+    """A vector in one lane, as plain numbers."""
     return lane_of(v[0], lane), lane_of(v[1], lane), lane_of(v[2], lane)
 
 
 @kernel
 def vector_with(v, lane, w):
-    """A vector with the vector w of plain numbers in one lane."""
+    """A vector with one lane replaced by the vector w of plain numbers."""
     return with_lane(v[0], lane, w[0]), with_lane(v[1], lane, w[1]), with_lane(v[2], lane, w[2])
 
 
 @kernel
 def pose_of(a, lane):
-    """A pose of one lane."""
+    """A pose in one lane, as plain numbers."""
     x, y, z, t = vector_of(x_axis(a), lane), vector_of(y_axis(a), lane), vector_of(z_axis(a), lane), vector_of(origin(a), lane)
     return x[0], y[0], z[0], t[0], x[1], y[1], z[1], t[1], x[2], y[2], z[2], t[2]
 
 
 @shared_routine
 def core_depth(core_a, core_b, relative, common_point, scratch):
-    """The depth, the point of A that lies deepest in B, and the normal from A to B, in the frame of A.
+    """The depth, A's point deepest in B, and the normal from A to B, in the frame of A.
 
-    relative is R_a_b, t_a_b. ``common_point`` is a point of both, returned if the Minkowski difference has no volume.
+    relative: R_a_b, t_a_b. common_point: A point of both, returned if the Minkowski difference has no volume.
     """
     cores, (points, faces, edges) = (core_a, core_b, relative), scratch
     size = extent(cores, points)
@@ -153,10 +157,10 @@ def core_depth(core_a, core_b, relative, common_point, scratch):
 
 @kernel
 def depth_around_axes(cores, depth, n, points):
-    """The least bound and its normal among the given ones and the normals across the axis of each cylinder.
+    """The minimum bound and its normal, among the given ones and the normals across each cylinder's axis.
 
-    If two bodies of revolution share an axis, or nearly so, the depth is almost equal in all directions around it. No polytope
-    is fine enough there, but a search over the circle of directions is.
+    If two bodies of revolution share an axis, or nearly so, the depth is almost equal in all directions around it. A polytope is
+    never fine enough there, but a search over the circle of directions is.
     """
     core_a, core_b, (r, _) = cores
     if core_a.kind == CYLINDER:
@@ -170,7 +174,7 @@ def depth_around_axes(cores, depth, n, points):
 def depth_around_axis(cores, z, depth, n, points):
     """``depth_around_axes`` for the axis z.
 
-    The lowest of many directions, then sections of the arc about it (Kiefer, Proc. AMS 1953).
+    Takes the lowest of many directions, then a golden-section search of the arc about it (Kiefer, Proc. AMS 1953).
     """
     u = across(z)
     v = cross(z, u)
@@ -203,10 +207,10 @@ def on_circle(u, v, angle):
 
 @kernel
 def refined_depth(cores, depth, n, size, points):
-    """The depth, the point of A and the normal, from an upper bound of the depth and its normal.
+    """Refine an upper bound of the depth and its normal: the depth, the point of A and the normal.
 
-    B is moved out by the depth and a little more; then the normal of the nearest points is closer to that of the least depth. It
-    replaces the old one as long as it lowers the bound. These points, moved back, are the witness points.
+    B is moved out by the depth and a small clearance. The normal of the nearest points is then closer to the normal of minimum
+    depth. It replaces the old one as long as it lowers the bound. These points, moved back, are the witness points.
     """
     core_a, core_b, (r, t) = cores
     depth, n = depth_around_axes(cores, depth, n, points)

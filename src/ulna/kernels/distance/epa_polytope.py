@@ -1,7 +1,7 @@
 """Grows a polytope of support points of the Minkowski difference of two cores.
 
-A point is a row of the points: the difference w = p - q, then p. A face is a row of the faces: the indices of its corners,
-counter-clockwise seen from outside, its unit normal, and its offset from the origin.
+A row of ``points`` is the difference w = p - q, then p. A row of ``faces`` is the indices of a face's corners, counter-clockwise
+as seen from outside, its unit normal, and its offset from the origin.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -12,7 +12,7 @@ from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, scaled
 MAX_POINTS = 4096
 POINT_WIDTH, FACE_WIDTH = 6, 7
 _TETRAHEDRON = (0, 1, 2), (1, 0, 3), (2, 1, 3), (0, 2, 3)
-_FLAT = 1e-13  # of the bodies' size: a set so thin has no volume
+_FLAT = 1e-13  # of the bodies' size: a thinner set has no volume
 
 
 @routine
@@ -33,11 +33,14 @@ def point(points, i):
 
 @kernel
 def extent(cores, points):
-    """The size of the set: the sum of its widths along the three axes. The ends along the widest are written to rows 0 and 1."""
+    """The size of the set: the sum of its widths along the three axes.
+
+    The ends along the widest axis are written to rows 0 and 1.
+    """
     size, widest = 0.0, -1.0
     for k in range(3):
         n = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-        i = 2 if k > 0 else 0  # where the ends are tried
+        i = 2 if k > 0 else 0  # rows for the ends under test
         width = farthest(cores, n, points, i) + farthest(cores, scaled(n, -1.0), points, i + 1)
         size += width
         if width > widest:
@@ -49,9 +52,9 @@ def extent(cores, points):
 
 @kernel
 def first_polytope(cores, size, points, faces):
-    """Make a tetrahedron of support points. Returns whether the set is flat, and its normal if so.
+    """Make a tetrahedron of support points; whether the set is flat, and if so its normal.
 
-    Two points are given; the third is the farthest from their line, the fourth the farthest from the plane of the three.
+    Two points are given. The third is the farthest from their line, the fourth the farthest from the plane of the three.
     """
     n = (1.0, 0.0, 0.0)
     if size <= 0.0:
@@ -76,7 +79,7 @@ def first_polytope(cores, size, points, faces):
 
 @kernel
 def across(d):
-    """A unit vector perpendicular to d: its product with the axis along which d reaches least."""
+    """A unit vector perpendicular to d: the cross product with the axis of d's smallest entry."""
     x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
     by_x, by_y = x <= y and x <= z, y < x and y <= z
     return unit_cross(d, (1.0 if by_x else 0.0, 1.0 if by_y else 0.0, 0.0 if by_x or by_y else 1.0))
@@ -84,14 +87,14 @@ def across(d):
 
 @kernel
 def unit_cross(a, b):
-    """The cross product of two vectors, of length one."""
+    """The normalized cross product of two vectors."""
     n = cross(a, b)
     return scaled(n, 1.0 / sqrt(dot(n, n)))
 
 
 @kernel
 def farther_of_two(cores, n, points, i):
-    """Put the point of the set that is farthest from point 0 along n or -n in place i; how far it is."""
+    """Write the set's point farthest from point 0 along n or -n to row i; its distance along n."""
     start = dot(n, point(points, 0))
     above = farthest(cores, n, points, i) - start
     below = farthest(cores, scaled(n, -1.0), points, i + 1) + start
@@ -103,7 +106,7 @@ def farther_of_two(cores, n, points, i):
 
 @routine
 def set_face(points, faces, f, i, j, k):
-    """Write face f with the corners i, j, k, counter-clockwise seen from outside: corners, unit normal, offset."""
+    """Write face f with the corners i, j, k, counter-clockwise as seen from outside: corners, unit normal, offset."""
     p = point(points, i)
     n = cross(minus(point(points, j), p), minus(point(points, k), p))
     length = sqrt(dot(n, n))
@@ -115,7 +118,7 @@ def set_face(points, faces, f, i, j, k):
 
 @kernel
 def lowest_face(faces, n_faces):
-    """The face whose plane has the least offset from the origin."""
+    """The face whose plane has the minimum offset from the origin."""
     lowest = 0
     for f in range(1, n_faces):
         if faces[f, 6] < faces[lowest, 6]:
@@ -125,7 +128,7 @@ def lowest_face(faces, n_faces):
 
 @kernel
 def remove_visible(points, w, faces, n_faces, edges, level):
-    """Remove the faces visible from point w. Returns how many faces are left, and how many edges the hole has."""
+    """Remove the faces visible from point w; the number of remaining faces, and of the hole's edges."""
     n_edges, f = 0, 0
     p = point(points, w)
     while f < n_faces:
@@ -143,7 +146,7 @@ def remove_visible(points, w, faces, n_faces, edges, level):
 
 @kernel
 def toggle_edge(edges, n_edges, i, j):
-    """Add an edge, or remove its reverse if that is listed: such an edge lies between two removed faces."""
+    """Add an edge, or remove its reverse: an edge listed twice lies between two removed faces."""
     for k in range(n_edges):
         if edges[k, 0] == j and edges[k, 1] == i:
             edges[k, 0], edges[k, 1] = edges[n_edges - 1, 0], edges[n_edges - 1, 1]
@@ -156,7 +159,7 @@ def toggle_edge(edges, n_edges, i, j):
 
 @routine
 def nearest_of_surface(points, faces, n_faces):
-    """The point of the polytope's surface nearest to the origin, and the point of A that belongs to it.
+    """The point of the polytope's surface nearest to the origin, and its point of A.
 
     Coplanar faces have equal offsets, but only one contains the nearest point, so every face is tested.
     """

@@ -1,21 +1,21 @@
-"""Computes the distance of two convex cores that do not overlap, by GJK.
+"""Computes the distance of two separate convex cores by the Gilbert-Johnson-Keerthi algorithm (GJK).
+
+The distance of A and B is the distance of the origin from their Minkowski difference, the convex set of all p - q. Its support
+point along a direction is a difference of support points. The search keeps a simplex of up to three such points and v, its point
+nearest to the origin. With the support point w along -v, the distance is at least v . w / |v| and at most |v|. The search ends
+when the two bounds agree, so the result is certified.
+
+One step: with w, the triangle K0 K1 K2 becomes a tetrahedron. w is farther along -v than all earlier points. So the tetrahedron's
+nearest point is the old one, or lies on a feature that contains w: on one of three edges or three triangles. All six candidates
+are computed, each a point of the set, and the nearest is kept. So no step increases |v|, even for degenerate simplices, and all
+lanes take the same path. For robustness it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017). Normals are
+cross products. The nearest point of a face is computed along the face's normal, not as a weighted sum of its corners.
+
+For bodies that are long in relation to their distance, the lower bound needs v in more digits: a wire of a kilometer may pass a
+box at micrometers. A weighted sum of corners has only the digits of the corners. So v is computed again once its feature is known
+(``point_of``): along the normal of a face, from the two shortest edges; or perpendicular to an edge.
 
 Source: Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 1988.
-
-The distance of A and B is that of the origin from their Minkowski difference, all p - q, which is convex. Its support point along
-a direction is a difference of support points. The search keeps a simplex of up to three such points and v, its point nearest to
-the origin. With the support point w along -v, the distance is at least v . w / |v| and at most |v|. The search ends when the two
-bounds agree, so the result is certified.
-
-One step. With w, the triangle K0 K1 K2 becomes a tetrahedron. Its nearest point is the old one or lies on a feature that contains
-w, for w is farther along -v than all points so far: on one of three edges or three triangles. All six candidates are computed,
-each a point of the set, and the nearest is kept. So no step increases |v|, even for degenerate simplices, and all lanes
-take the same path. For robustness it follows Montanari, Petrinic and Barbieri (ACM Trans. Graphics 36, 2017): normals from cross
-products, and the nearest point of a face along the face's normal instead of as a weighted sum of its corners.
-
-The lower bound needs v in more digits the longer the bodies are in relation to their distance: a wire of a kilometer may pass
-a box at micrometers. A weighted sum of corners has only the digits of the corners, so v is computed again once its feature is
-known (``point_of``): along the normal of a face, from the two shortest edges; or perpendicular to an edge.
 """
 
 from ulna.engine.decorators import kernel
@@ -28,23 +28,23 @@ from ulna.kernels.spatial.vectors import add_scaled, chosen, cross, dot, minus, 
 
 STEPS = 128
 _FAR = 1e300
-# Squares of the sine of an angle. The normal of a triangle so thin has few digits, or none.
+# Squares of the sine of an angle. The normal of a thinner triangle has few accurate digits, or none.
 _NEEDLE, _FLAT = 1e-6, 1e-20
 _EXACT = 1e-12  # of the bodies' size: the bounds have converged
 _TOUCHING = 1e-12  # of the bodies' size: cores this near to each other count as touching
-_NOISE = 2e-15  # of the bodies' size: the rounding of a point: less than this is no gain
-_SURE = 1e-14  # the rounding of a triple product, as a share of the product of the lengths
+_NOISE = 2e-15  # of the bodies' size: rounding of a point; a smaller gain does not count
+_SURE = 1e-14  # the rounding of a triple product, relative to the product of the lengths
 
 
 @kernel
 def nearest_cores(a, core_a, b, core_b, reach):
     """Nearest points of two cores at poses a and b.
 
-    reach: a lane also ends as soon as the distance is certainly more than this [m], or certainly not. Negative: no such end.
+    reach: A lane also ends once its distance is certainly above this [m], or certainly not. A negative reach turns this off.
 
     Returns:
         A lower bound of the distance and the distance of the points, both [m] and zero where the cores overlap; the points p of A
-        and q of B; the unit normal from p to q; and where the cores overlap.
+        and q of B; the unit normal from p to q; and a mask of the lanes where the cores overlap.
     """
     relative = relative_pose(a, b)
     t = relative[1]
@@ -82,7 +82,7 @@ def nearest_cores(a, core_a, b, core_b, reach):
 
 @kernel
 def core_bound(h):
-    """A length that a core with these half extents does not exceed, from its frame's origin."""
+    """An upper bound on the distance of a core's points from its frame's origin."""
     return h[0] + h[1] + h[2]
 
 
@@ -97,12 +97,12 @@ def difference(core_a, core_b, relative, v):
 
 @kernel
 def advance(active, simplex, w, p, distance, noise, size):
-    """The simplex with w, in the active lanes, unless v would be farther out than rounding explains: there all stays.
+    """Add w to the simplex in the active lanes, unless v would move away by more than rounding.
 
-    Returns the simplex; where w is new, deeper than its three points; and where the tetrahedron holds the origin. v may stay as
-    far out as it was, for its direction may be the better.
+    Returns the simplex; a mask where w is deeper than its three points by more than noise; and a mask where the tetrahedron
+    contains the origin. v may stay at the same distance, since its direction may be better.
 
-    A candidate is (|v|^2, share of the first point, share of the second): the first and second besides w.
+    A candidate is (|v|^2, weight of the first point, weight of the second): the first and second besides w.
     """
     v, points, sources, weights = simplex
     e0, e1, e2 = minus(points[0], w), minus(points[1], w), minus(points[2], w)
@@ -130,10 +130,10 @@ def advance(active, simplex, w, p, distance, noise, size):
 
 @kernel
 def point_of(w, k1, k2, x, y, n):
-    """The point of the triangle w, k1, k2, of normal n, where k1 and k2 have the shares x and y; its direction has all digits.
+    """A point of the triangle w, k1, k2 with normal n; k1 and k2 have the weights x and y.
 
-    Within the edge from w to k1 it lies at a right angle to it; within the triangle along its normal. That of a needle is best
-    computed from its two shortest edges.
+    Its direction keeps all digits. On the edge from w to k1 the point is perpendicular to the edge; inside the triangle it is
+    along the normal. For a needle, the normal is best computed from its two shortest edges.
     """
     e, f = minus(k1, w), minus(k2, w)
     v = add_scaled(add_scaled(w, x, e), y, f)
@@ -153,7 +153,7 @@ def point_of(w, k1, k2, x, y, n):
 
 @kernel
 def chosen_three(mask, a, b):
-    """Three points of a where the mask is true, of b elsewhere."""
+    """Three points of a where the mask is true, and of b elsewhere."""
     return chosen(mask, a[0], b[0]), chosen(mask, a[1], b[1]), chosen(mask, a[2], b[2])
 
 
@@ -175,7 +175,10 @@ def edge_candidate(w, e):
 
 @kernel
 def face_candidate(w, e, f, n):
-    """The nearest point of the triangle w, w + e, w + f with the normal n = e x f, or nothing near if that is not within it."""
+    """The nearest point of the triangle w, w + e, w + f, with the normal n.
+
+    The candidate is infinitely far if this point is not inside the triangle.
+    """
     square = dot(n, n)
     usable = square > _FLAT * (dot(e, e) * dot(f, f))
     scale = 1.0 / where(usable, square, 1.0)
@@ -187,7 +190,10 @@ def face_candidate(w, e, f, n):
 
 @kernel
 def holds_origin(w, edges, normals, size):
-    """Where the tetrahedron of w and w + each of three edges holds the origin, by more than rounding at each face."""
+    """Mask of the lanes whose tetrahedron contains the origin, by more than rounding at each face.
+
+    The tetrahedron has the corners w and w + each of three edges.
+    """
     (e0, e1, e2), (n0, n1, n2) = edges, normals
     volume = dot(n0, e2)
     x, y, z = dot(n1, w) * volume, dot(n2, w) * volume, dot(n0, w) * volume

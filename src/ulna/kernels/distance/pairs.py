@@ -1,13 +1,13 @@
 """Computes signed distance, witness points, normal and overlap of two bodies of any shapes.
 
-A body is a ``Body``: a core at a pose, swept by a ball. Its kind and its vertices are the same in all lanes; pose and size are
-numbers, so that lanes can be eight configurations, or eight bodies of one kind.
+A body is a ``Body``: a core at a pose, swept by a ball. Its kind and its vertices are the same in all lanes. Pose and size are
+numbers, so lanes can be eight configurations, or eight bodies of one kind.
 
-A contact is (signed distance [m], witness_a, witness_b, normal): the last three are vectors in the frame of the poses.
-The normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.
+A contact is (signed distance [m], witness_a, witness_b, normal): the last three are vectors in the poses' reference frame. The
+normal is a unit vector from a to b, and witness_b - witness_a = signed distance * normal.
 
-Two bodies overlap unless it is certain that they are farther apart than ``CONTACT`` times their sizes: touching is contact. Their
-distance is then zero, so that the sign of the distance agrees with the overlap test.
+Two bodies overlap unless they are certainly farther apart than ``CONTACT`` times their sizes: touching is contact. Their distance
+is then zero, so that the sign of the distance agrees with the overlap test.
 
 The scratch is three arrays, which the entry owns: points, faces and edges for ``epa``.
 """
@@ -37,7 +37,7 @@ from ulna.kernels.layout import (
 from ulna.kernels.spatial.elementary import maximum
 from ulna.kernels.spatial.vectors import add_scaled, chosen, dot, minus, origin, rotate_inverse, scaled, transform, z_axis
 
-_ANY = 1e300  # [m] a reach that every distance is within, so that a search ends in its first step
+_ANY = 1e300  # [m] above every distance, so that a search ends in its first step
 
 
 @kernel
@@ -52,7 +52,10 @@ def body_of(bodies, vertices, i, pose):
 
 @kernel
 def pair_distance(a, b, scratch):
-    """The contact of two bodies; NaN for two half-spaces, whose distance is not defined. Without scratch, only of closed form."""
+    """The contact of two bodies; NaN for two half-spaces, whose distance is undefined.
+
+    Without scratch, only pairs with a closed form are allowed.
+    """
     ordered = a.core.kind <= b.core.kind
     first, second = (a, b) if ordered else (b, a)
     if scratch is None:
@@ -73,7 +76,7 @@ def pair_distance(a, b, scratch):
 
 @kernel
 def is_searched(kind_a, kind_b):
-    """Whether the distance of two cores, the lower kind first, has no closed form; true of every kind not named here."""
+    """Whether the distance of two cores, the lower kind first, has no closed form. Kinds not named here have none."""
     return not (kind_b <= BOX or kind_b == HALF_SPACE or (kind_a == SPHERE and kind_b == CYLINDER))
 
 
@@ -94,7 +97,10 @@ def closed_core(a, core_a, b, core_b):
 
 @kernel
 def core_half_space(a, core, b):
-    """The signed distance of a core at pose a from the half-space of pose b, the nearest points, and the normal from a to b."""
+    """The contact of a core at pose a with a half-space at pose b.
+
+    The normal is from a to b.
+    """
     n = z_axis(b)
     p = transform(a, support(core, scaled(rotate_inverse(a, n), -1.0)))
     distance = dot(n, minus(p, origin(b)))
@@ -103,7 +109,7 @@ def core_half_space(a, core, b):
 
 @shared_routine
 def convex_distance(a, core_a, b, core_b, scratch):
-    """A lower bound of the distance of two cores, and the contact: by GJK, and by EPA where the cores overlap."""
+    """A lower bound of the distance of two cores, and their contact: by GJK, or EPA for an overlap."""
     below, distance, p, q, n, inside = nearest_cores(a, core_a, b, core_b, splat(-1.0, a[0]))
     contact = distance, p, q, n
     if any_lane(inside):
@@ -120,10 +126,10 @@ def outer_half(body):
 
 @kernel
 def pair_overlap(a, b, wanted):
-    """True where two bodies share a point. Cheaper than their distance where the kinds allow it.
+    """True where two bodies share a point. Cheaper than their distance for some kinds.
 
-    wanted: 1.0 where that is to be found; elsewhere, where it is 0.0, the result may be False. A search looks at the boxes that
-    hold the bodies first, and only at the lanes in which these overlap.
+    wanted: 1.0 where the result is needed; where it is 0.0, the result may be False. A search first tests the boxes around the
+    bodies, and then takes only the lanes where these overlap.
     """
     first, second = (a, b) if a.core.kind <= b.core.kind else (b, a)
     if first.core.kind == BOX and second.core.kind == BOX:
@@ -139,17 +145,17 @@ def pair_overlap(a, b, wanted):
 
 @kernel
 def contact_reach(a, b):
-    """How far apart the cores of two bodies that touch may be [m]: the radii of their balls, and ``CONTACT`` of their sizes."""
+    """The maximum distance of two touching bodies' cores [m]: their radii, and ``CONTACT`` of their sizes."""
     radii = a.radius + b.radius
     return radii + CONTACT * (radii + core_bound(a.core.half) + core_bound(b.core.half))
 
 
 @shared_routine
 def pair_gap(a, b, reach, rounding):
-    """A lower bound of the distance of two bodies [m], up to a rounding [m], even where a search is not exact.
+    """A lower bound of two bodies' distance [m], up to a rounding [m], even if the search is inexact.
 
-    It is the gap between the projections of the bodies on one direction, which is never more than the distance. The search for
-    the direction ends once the bound exceeds reach [m]; that of the boxes round the cores comes first.
+    It is the gap between the projections of the bodies on one direction, which is never more than the distance. The gap of the
+    boxes around the cores comes first. The search for a better direction ends once the bound exceeds reach [m].
     """
     first, second = (a, b) if a.core.kind <= b.core.kind else (b, a)
     (a, core_a, _), (b, core_b, _), radii = first, second, first.radius + second.radius
@@ -173,5 +179,5 @@ def pair_gap(a, b, reach, rounding):
 
 @routine
 def cores_within(a, core_a, b, core_b, reach):
-    """True where two cores are no farther apart than a reach [m]: the search ends as soon as that is certain."""
+    """True where two cores are at most a reach [m] apart. The search ends as soon as this is decided."""
     return nearest_cores(a, core_a, b, core_b, reach)[0] <= reach

@@ -1,4 +1,4 @@
-"""Computes the support point of a core, its farthest along a direction."""
+"""Computes the support point of a core: its farthest point along a direction."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ulna.kernels.spatial.vectors import chosen, dot, scaled
 
 @kernel
 def support(core, d):
-    """The point of a core that is farthest along d. Points and segments are boxes whose extents are zero."""
+    """The farthest point of a core along d. Points and segments are boxes with zero extents."""
     if core.kind <= BOX:
         return box_support(core.half, d)
     if core.kind == CYLINDER:
@@ -22,13 +22,13 @@ def support(core, d):
 
 @kernel
 def box_support(h, d):
-    """The corner on the side of d."""
+    """The corner of a box on the side of d."""
     return where(d[0] < 0.0, -h[0], h[0]), where(d[1] < 0.0, -h[1], h[1]), where(d[2] < 0.0, -h[2], h[2])
 
 
 @kernel
 def cylinder_support(h, d):
-    """The point of a rim on the side of d, or the center of an end where d runs along the axis."""
+    """The rim point of a cylinder on the side of d; an end's center if d is axial."""
     across = sqrt(d[0] * d[0] + d[1] * d[1])
     tilted = across > 0.0
     scale = where(tilted, h[0], 0.0) / where(tilted, across, 1.0)
@@ -37,7 +37,7 @@ def cylinder_support(h, d):
 
 @kernel
 def hull_support(vertices, d):
-    """The farthest vertex, by looking at each."""
+    """The farthest vertex along d, by a linear search."""
     best = vertex(vertices, 0, d[0])
     farthest = dot(best, d)
     for k in range(1, vertices.shape[0]):

@@ -1,7 +1,7 @@
 """Computes the signed distance of spheres and capsules: points and segments swept by a ball.
 
-Every function gives the signed distance of two cores [m], the nearest point of each and the unit normal from a to b, in the frame
-in which the poses are given; ``swept`` then adds the balls.
+Every function returns the contact of two cores: signed distance [m], nearest points, and unit normal from a to b, in the
+poses' reference frame. ``swept`` then adds the balls.
 """
 
 from ulna.engine.decorators import kernel
@@ -22,20 +22,20 @@ from ulna.kernels.spatial.vectors import (
     z_axis,
 )
 
-_NEAR = 1e-12  # [m] two points this close give no normal
+_NEAR = 1e-12  # [m] two points this close define no normal
 _PARALLEL = 1e-16  # the square of the sine of an angle; below it any point of one segment is as good to start from
 
 
 @kernel
 def swept(core, radius_a, radius_b):
-    """The distance of two cores swept by balls: both surfaces come nearer along the normal."""
+    """The contact of two cores swept by balls: both surfaces approach along the normal."""
     distance, p, q, n = core
     return distance - radius_a - radius_b, add_scaled(p, radius_a, n), add_scaled(q, -radius_b, n), n
 
 
 @kernel
 def of_points(p, q, otherwise):
-    """The distance of two cores from their nearest points; ``otherwise`` is the normal where these coincide."""
+    """The contact of two cores from their nearest points; ``otherwise`` is the normal where these coincide."""
     v = minus(q, p)
     distance = sqrt(dot(v, v))
     near = distance < _NEAR
@@ -44,11 +44,13 @@ def of_points(p, q, otherwise):
 
 @kernel
 def segment_segment(a, half_a, b, half_b):
-    """Two segments along the z axes of poses a and b, or points where the half length is zero.
+    """The contact of two segments along the z axes of poses a and b.
 
-    1. The point of line a nearest to line b, kept within segment a; the point of line b nearest to that, kept within segment b;
-       again the point of a nearest to that (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
-    2. Where they intersect, the shortest way apart is their common perpendicular; for parallel ones any perpendicular.
+    A half length of zero makes a point.
+
+    1. Take the point of line a nearest to line b, clamped to segment a; the point of line b nearest to it, clamped to segment b;
+       and again the point of a nearest to this one (Ericson, Real-Time Collision Detection, 2005, section 5.1.9).
+    2. If they intersect, they separate fastest along their common perpendicular; for parallel ones along any perpendicular.
     """
     u, v, r = z_axis(a), z_axis(b), minus(origin(a), origin(b))
     n = cross(u, v)
@@ -64,7 +66,10 @@ def segment_segment(a, half_a, b, half_b):
 
 @kernel
 def point_box(a, b, h):
-    """The origin of pose a and the box at pose b: clamped to the box, or, from within, led to its nearest face."""
+    """The contact of the origin of pose a with the box at pose b.
+
+    The nearest point is the clamped origin, or, from inside, the projection on the nearest face.
+    """
     c = transform_inverse(b, origin(a))
     p = clamp(c[0], h[0]), clamp(c[1], h[1]), clamp(c[2], h[2])
     x, y, z = abs(c[0]) - h[0], abs(c[1]) - h[1], abs(c[2]) - h[2]
@@ -77,7 +82,10 @@ def point_box(a, b, h):
 
 @kernel
 def point_cylinder(a, b, h):
-    """The origin of pose a and the cylinder at pose b along z: the same in the half plane of radius and height."""
+    """The contact of the origin of pose a with the cylinder at pose b along z, as in ``point_box``.
+
+    It is computed in the half plane of radius and height.
+    """
     c = transform_inverse(b, origin(a))
     radius = sqrt(c[0] * c[0] + c[1] * c[1])
     off_axis = radius > 0.0
@@ -92,16 +100,18 @@ def point_cylinder(a, b, h):
 
 @kernel
 def side(x):
-    """1 or -1: the sign of x, 1 for zero."""
+    """The sign of x as 1 or -1; 1 for zero."""
     return where(x < 0.0, -1.0, 1.0)
 
 
 @kernel
 def from_within(a, b, c, p, height, outwards):
-    """The distance of a point c and a body at pose b, from its nearest point p, in the body's frame.
+    """The contact of a point c with a body at pose b, from the body's nearest point p.
 
-    ``height`` is the signed distance of c from the face it is nearest to, negative within; there the normal of that face,
-    ``outwards``, is the shortest way out.
+    c and p are in the body's frame.
+
+    height: The signed distance of c from its nearest face, negative inside. outwards: The normal of that face. Inside it is the
+    direction of the shortest way out.
     """
     v = minus(p, c)
     distance = sqrt(dot(v, v))

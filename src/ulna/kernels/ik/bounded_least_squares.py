@@ -1,4 +1,4 @@
-"""Solves damped least squares with bounds on each unknown, and sets the bounds of joint velocities.
+"""Solves damped least squares with bounds on each unknown, and computes the bounds of joint velocities.
 
 It minimizes |J x - v|^2 + lambda |x|^2 with a lower and an upper bound on every x_j.
 
@@ -6,10 +6,10 @@ A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed.,
 that are fixed at a bound; the others are free. The problem is strictly convex, so it has one minimum.
 
 1. Start at 0, clipped to the bounds.
-2. Solve for the free entries, the active ones fixed: x_f = J_f' (J_f J_f' + lambda I)^-1 (v - J_a x_a).
-   If lambda is at most LOST of the sum of squares of J, use singular values instead (``singular_values``). For fewer than six
-   entries J_f J_f' is singular whatever the pose, so that LOST_OF_FEW counts.
-3. Move towards that solution until a free entry reaches a bound, the blocking one. Add it to the active set; repeat from 2.
+2. Solve for the free entries, with the active ones fixed: x_f = J_f' (J_f J_f' + lambda I)^-1 (v - J_a x_a). If lambda is at most
+   _LOST of the sum of squares of J, use singular values instead (``singular_values``). For fewer than six entries J_f J_f' is
+   always singular, so _LOST_OF_FEW applies.
+3. Move towards that solution until a free entry reaches a bound, the blocking entry. Add it to the active set; repeat from 2.
 4. If no entry blocks, compute the derivative J_j' (J x - v) + lambda x_j of each active entry. Release the one that decreases
    fastest into the bounds; repeat from 2. If none decreases, x is the minimum.
 """
@@ -24,12 +24,15 @@ _ROUNDS = 4  # times the number of entries is the limit: each may enter and leav
 _FLAT = 1e-12  # a smaller derivative counts as zero; with singular values, relative to the sum of its absolute terms
 _LOST = 1e-8  # relative to the sum of squares of J: a smaller damping would lose more than 1e-7 of itself to rounding
 
-_LOST_OF_FEW = 1e-4  # the same for fewer than six entries: then nothing above 1e-11 is lost, and their values take little time
+_LOST_OF_FEW = 1e-4  # the same for fewer than six entries: nothing above 1e-11 is lost then, and singular values take little time
 
 
 @routine
 def bounded_least_squares(jacobian_rows, v_rows, damping, bound_rows, x_rows, scratch):
-    """Write the minimum to x_rows. v_rows: six; bound_rows: lower, then upper bounds; damping: lambda, one number."""
+    """Write the minimum to x_rows.
+
+    v_rows: Six. bound_rows: Lower, then upper bounds. damping: lambda, one number.
+    """
     active_rows, goal_rows, _, _, _ = scratch
     n_dof = x_rows.shape[0]
     v = load_six(v_rows, 0)
@@ -74,7 +77,7 @@ def solve_free(jacobian_rows, v, damping, x_rows, scratch):
 
 @kernel
 def solve_free_by_singular_values(rest, damping, by_values, x_rows, scratch):
-    """Step 2 by singular values, in the lanes of by_values. Returns v - J x at the solution; overwrites the free rows."""
+    """Step 2 by singular values, in the lanes of by_values; the residual v - J x. Overwrites the free rows."""
     n_dof, (active_rows, goal_rows, free_rows, _, rotated_rows) = x_rows.shape[0], scratch
     residual = damped_by_singular_values(free_rows, n_dof, splat(damping, rest[0]), rest, rotated_rows)
     shares = load_six(rotated_rows, 0)
@@ -108,10 +111,9 @@ def step_to_bound(bound_rows, x_rows, active_rows, goal_rows, running):
 
 @kernel
 def release_steepest(jacobian_rows, v, damping, rows, settled, by_values, residual):
-    """Step 4: release the active entry of steepest descent in settled lanes. Returns its index, or -1 if none descends.
+    """Step 4: release the active entry of steepest descent in settled lanes; its index, or -1 if none descends.
 
-    rows: the bounds, x and the active set; residual: v - J x where x was computed by singular values, with a small relative
-    error.
+    rows: The bounds, x and the active set. residual: v - J x in the lanes that use singular values, with a small relative error.
     """
     bound_rows, x_rows, active_rows = rows
     n_dof = x_rows.shape[0]
@@ -154,8 +156,8 @@ def sizes_of_gradient(jacobian_rows, j, e):
 def velocity_bounds(limits, velocity_limits, dt, q_rows, bound_rows):
     """Write the lower and then the upper bounds of the joint velocities of one control step.
 
-    They are the velocity limits, and what reaches the position limit at the end of the step: (limit - q) / dt. An entry beyond a
-    limit returns at no more than its velocity limit.
+    They are the velocity limits, and the velocity that reaches the position limit at the end of the step, (limit - q) / dt. An
+    entry beyond a limit returns at most at its velocity limit.
     """
     n_dof = velocity_limits.shape[0]
     for j in range(n_dof):

@@ -1,7 +1,7 @@
 """Computes pose errors, solves the damped 6x6 system and keeps joints within bounds.
 
-Source: Levenberg (1944), Marquardt (1963); Wampler (1986) and Nakamura and Hanafusa (1986) for arms; the damping that follows
-the error is Sugihara's (IEEE Trans. Robotics 2011).
+Source: Levenberg (1944), Marquardt (1963); Wampler (1986) and Nakamura and Hanafusa (1986) for arms; Sugihara (IEEE Trans.
+Robotics 2011) for a damping in proportion to the squared error.
 """
 
 from ulna.engine.decorators import kernel
@@ -12,7 +12,7 @@ from ulna.kernels.spatial.se3 import rotation_between
 
 @kernel
 def pose_error(pose, target):
-    """From pose to target: displacement of the origin [m] and rotation vector [rad], both in the axes of the base."""
+    """The error from pose to target: displacement [m] and rotation vector [rad], in the axes of the base."""
     wx, wy, wz = rotation_between(pose, target)
     return target[3] - pose[3], target[7] - pose[7], target[11] - pose[11], wx, wy, wz
 
@@ -34,7 +34,7 @@ def column_dot(jacobian_rows, j, e):
 
 @kernel
 def add_column(v, jacobian_rows, j, rate):
-    """The six numbers v + J_j rate: what entry j of q adds at a rate."""
+    """The six numbers v + J_j rate: v plus the contribution of entry j of q."""
     return (
         v[0] + load(jacobian_rows, 6 * j) * rate,
         v[1] + load(jacobian_rows, 6 * j + 1) * rate,
@@ -60,9 +60,9 @@ def store_six(rows, i, v):
 
 @kernel
 def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
-    """Zero the column of every joint that is at a bound and that the error would push beyond it.
+    """Zero the column of every joint at a bound that the error would push beyond it.
 
-    bound_rows: the lower bounds of all entries of q, then the upper ones.
+    bound_rows: The lower bounds of all entries of q, then the upper ones.
     """
     n_dof = bound_rows.shape[0] // 2
     for j in range(n_dof):
@@ -74,7 +74,7 @@ def block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows):
 
 @kernel
 def solve_damped(jacobian_rows, n_dof, damping, e, system_rows):
-    """The six numbers y with (J J' + damping I) y = e, by Cholesky; they are left in system_rows[21:27] too."""
+    """Solve (J J' + damping I) y = e for six numbers by Cholesky; system_rows[21:27] also gets y."""
     damped_gram(jacobian_rows, n_dof, damping, system_rows)
     factorize(system_rows)
     substitute(e, system_rows)
@@ -83,7 +83,10 @@ def solve_damped(jacobian_rows, n_dof, damping, e, system_rows):
 
 @kernel
 def damped_gram(jacobian_rows, n_dof, damping, system_rows):
-    """The lower triangle of J J' + damping I: entry (r, c) at r (r + 1) / 2 + c."""
+    """Write the lower triangle of J J' + damping I to rows.
+
+    Entry (r, c) goes to row ``r (r + 1) / 2 + c``.
+    """
     for r in range(6):
         for c in range(r + 1):
             total = load(jacobian_rows, r) * load(jacobian_rows, c)
@@ -94,7 +97,7 @@ def damped_gram(jacobian_rows, n_dof, damping, system_rows):
 
 @kernel
 def factorize(system_rows):
-    """The Cholesky factor L of the lower triangle, in its place, with the reciprocals of the diagonal on the diagonal."""
+    """Replace the lower triangle by its Cholesky factor L, with the reciprocals of the diagonal on the diagonal."""
     for r in range(6):
         for c in range(r + 1):
             total = load(system_rows, r * (r + 1) // 2 + c)
@@ -108,7 +111,7 @@ def factorize(system_rows):
 
 @kernel
 def substitute(e, system_rows):
-    """L z = e, then L' y = z, in system_rows[21:27]."""
+    """Solve L z = e, then L' y = z, in system_rows[21:27]."""
     for r in range(6):
         total = e[r]
         for k in range(r):
@@ -124,5 +127,5 @@ def substitute(e, system_rows):
 
 @kernel
 def within_bounds(x, bound_rows, j):
-    """x, or the bound of entry j of q that it passes."""
+    """x, clipped to the bounds of entry j of q."""
     return minimum(maximum(x, load(bound_rows, j)), load(bound_rows, bound_rows.shape[0] // 2 + j))

@@ -1,19 +1,20 @@
-"""Takes one Levenberg-Marquardt step of eight searches, a lane each.
+"""Takes one Levenberg-Marquardt step of eight searches, one a lane.
 
-Rows of a search (``rows``), all caller-owned: q (n_dof); the q of the step before (n_dof); the target (12); the lower and
-then the upper bounds (2 n_dof); the state, as numbered below.
+Rows of a search (``rows``), all owned by the caller: q (n_dof); the previous q (n_dof); the target (12); the lower and then the
+upper bounds (2 n_dof); the state, as numbered below.
 
-1. Evaluate the pose error and the Jacobian at q, less what the task leaves free (``task``).
-2. A lane is solved when its error is within the tolerances and another step no longer makes it four times smaller in square
-   (the better of the last two is its result), or when it is negligible; failed when its steps are used up before.
-3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), kept within
-   its bounds (``damped_system``). Further steps of a lane that has ended are ignored: its result is in the rows of the
-   step before. A ``calm`` search adds |e| to lambda: where the target is out of reach, the curvature of the arm, which J lacks,
-   is about as large, and without it the steps would overshoot for ever. |e|^2 counts no distance beyond ``far``: a slide is
-   linear however far it moves, so its steps need no damping, which would slow a long way down to a standstill.
-4. With a posture, the part of (posture - q) that lies in the null space of J is added to each step, and a lane is solved only
-   when that part is used up (Liegeois 1977): dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first:
-   a lane whose steps are used up at the pose has solved it.
+1. Evaluate the pose error and the Jacobian at q, without the components that the task leaves free (``task``).
+2. A lane is solved in two cases: its error is negligible; or it is within the tolerances, and another step no longer reduces its
+   square by a factor of four. The better of the last two configurations is its result. A lane that uses up its steps before
+   fails.
+3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), clipped to
+   its bounds (``damped_system``). Further steps of an ended lane are ignored: its result is in the rows of the previous step. A
+   ``calm`` search adds |e| to lambda. For an unreachable target, the curvature of the arm, which J lacks, is about as large;
+   without this term the steps would overshoot forever. |e|^2 counts no distance beyond ``far``. A prismatic joint is linear over
+   any distance, so its steps need no damping, which would stall a long motion.
+4. With a posture, each step adds the part of (posture - q) in the null space of J (Liegeois 1977). A lane is solved only when
+   that part is used up. dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first: a lane that uses up
+   its steps at the pose has solved it.
 """
 
 import numpy as np
@@ -36,10 +37,10 @@ from ulna.kernels.layout import IN_BASE
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.se3 import load_pose
 
-# Rows of the state. ENDED: RUNNING or how it ended. LAST_ERROR: the square of the error at the step before, if that was within
-# the tolerances and no posture is given, else infinite. P2 and R2: the squares of the result's errors. TAKEN and ALLOWED: steps;
-# CHANGE: the largest of a joint in the last step, with a posture; from ERROR on the result's pose error, six rows, in the base's
-# axes, whatever the task.
+# Rows of the state. ENDED: RUNNING, or the outcome. LEAST: the squared error at the previous step if it was within the
+# tolerances and no posture is given, else infinite. P2 and R2: the squares of the result's errors. TAKEN and ALLOWED: steps.
+# CHANGE: the largest joint change in the last step, with a posture. From ERROR on: the result's pose error, six rows, in the
+# base's axes, for any task.
 ENDED, LAST_ERROR, P2, R2, TAKEN, ALLOWED, CHANGE, LAMBDA, ERROR = 0, 1, 2, 3, 4, 5, 6, 7, 8
 N_STATE = ERROR + 6
 RUNNING, HAS_SOLVED, HAS_FAILED = 0.0, 1.0, 2.0
@@ -47,8 +48,8 @@ _DAMPING = 0.05
 _MIN_DAMPING = 1e-12
 _NEGLIGIBLE = 1e-20  # of |e|^2: 0.1 nm
 _WORTH_A_STEP = 0.25  # of |e|^2
-_POSTURE_SETTLED = 1e-8  # largest joint change of a step that has used up the posture
-_POSTURE_STEP = 1.0  # rad: shorter ones converge too slowly, longer ones oscillate
+_POSTURE_SETTLED = 1e-8  # largest joint change of a step after which the posture counts as used up
+_POSTURE_STEP = 1.0  # rad: shorter steps converge too slowly, longer ones oscillate
 
 
 @routine
@@ -80,7 +81,7 @@ def advance(chain, posture, settings, rows, scratch):
 
 @kernel
 def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
-    """Step 2: which lanes have ended and how; the result so far is copied to the rows of the step before."""
+    """Step 2: the outcome of each lane; the result so far is copied to the rows of the previous step."""
     total, least = p2 + r2, load(state_rows, LAST_ERROR)
     near = (p2 <= settings.position_tolerance**2) & (r2 <= settings.rotation_tolerance**2)
     was_near = least < np.inf
@@ -104,7 +105,7 @@ def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
 
 @kernel
 def move_with_posture(posture, e, damping, rows, scratch):
-    """Step 4; the largest change of a joint is stored in the state."""
+    """Step 4; the largest joint change is stored in the state."""
     (q_rows, _, _, bound_rows, state_rows), (jacobian_rows, system_rows) = rows, scratch
     share = posture_share(posture, q_rows)
     rest = without_posture(posture, share, q_rows, jacobian_rows, e)
@@ -130,7 +131,7 @@ def posture_share(posture, q_rows):
 
 @kernel
 def without_posture(posture, share, q_rows, jacobian_rows, e):
-    """e - J d: the error that remains once the joints have moved by that fraction of (posture - q)."""
+    """e - J d: the error that remains after the joints have moved by that fraction of (posture - q)."""
     for j in range(q_rows.shape[0]):
         e = add_column(e, jacobian_rows, j, share * (load(q_rows, j) - posture[j]))
     return e

@@ -1,11 +1,11 @@
-"""Improves the branches of a closed form, and takes the one nearest to a seed within the joint limits.
+"""Improves the branches of a closed form, and selects the branch nearest to a seed within the joint limits.
 
-To improve one that nearly reaches its target, by Newton steps of the forward kinematics:
+Newton steps of the forward kinematics improve a branch that nearly reaches its target:
 
 1. Evaluate the pose error and the Jacobian at q.
-2. Move by J' (J J' + lambda I)^-1 e with lambda = |e|^2 + 1e-13, which is Newton's step but where J has no inverse; within
-   bounds, and without the joints that are at a bound and would be pushed beyond it.
-3. Keep the step of a lane if its error is smaller then.
+2. Move by J' (J J' + lambda I)^-1 e with lambda = |e|^2 + 1e-13, which is Newton's step unless J has no inverse. Clip to the
+   bounds, and leave out joints at a bound that would be pushed beyond it.
+3. Keep the step of a lane if it reduces the error.
 """
 
 import numpy as np
@@ -32,14 +32,14 @@ _MIN_DAMPING = 1e-13
 
 @routine
 def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_rows):
-    """For each lane the branch whose largest change of a joint is the least, whole turns made towards the seed.
+    """Select, for each lane, the branch with the smallest maximum joint change from the seed, up to whole turns.
 
-    One that is written already stays where none has a smaller change.
+    A branch already written stays unless another one has a smaller change.
 
-    q_rows: six a branch; known_rows: N_KNOWN a branch; seed_rows: six, within the bounds; bound_rows: of each of the first n
-    joints, the arm's own, N_BOUNDS numbers: all lower bounds, all upper ones, what a whole turn adds, 1 over it, and the unit of
-    the joint, 1 for an angle and the reach for a slide [m], of which thresholds are shares; best_rows: six, written;
-    cost_rows: one, changed: the largest change [rad or m], infinite where no branch is within.
+    q_rows: Six rows a branch. known_rows: N_KNOWN a branch. seed_rows: Six, within the bounds. bound_rows: N_BOUNDS numbers for
+    each of the first n joints, the arm's own: all lower bounds, all upper ones, the whole turns, their inverses, and the units
+    for thresholds. A unit is 1 for an angle, and the reach for a prismatic joint [m]. best_rows: Six, output. cost_rows: One,
+    updated: the largest change [rad or m], infinite without a branch within the bounds.
     """
     n = bound_rows.shape[0] // N_BOUNDS
     for k in range(q_rows.shape[0] // 6):
@@ -57,7 +57,7 @@ def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_ro
 
 @kernel
 def turned_towards(q, seed, bound_rows, j):
-    """q of joint j, whole turns made towards the seed within the bounds; and whether it is within them."""
+    """q of joint j with whole turns towards the seed within the bounds; and whether it is within them."""
     n = bound_rows.shape[0] // N_BOUNDS
     lower, upper, turn = load(bound_rows, j), load(bound_rows, n + j), load(bound_rows, 2 * n + j)
     at_limit = AT_LIMIT * load(bound_rows, 4 * n + j)
@@ -68,7 +68,10 @@ def turned_towards(q, seed, bound_rows, j):
 
 @routine
 def is_any_hardly_beyond(q_rows, known_rows, bound_rows):
-    """Whether ``hardly_beyond`` is true of any branch in any lane; q_rows: six a branch, known_rows: N_KNOWN a branch."""
+    """Whether ``hardly_beyond`` is true for any branch in any lane.
+
+    q_rows: Six rows a branch. known_rows: N_KNOWN a branch.
+    """
     n, found, bounded = bound_rows.shape[0] // N_BOUNDS, False, False
     for j in range(n):  # a joint that can make whole turns within its bounds is never beyond them
         bounded |= any_lane(load(bound_rows, n + j) - load(bound_rows, j) < load(bound_rows, 2 * n + j))
@@ -81,7 +84,7 @@ def is_any_hardly_beyond(q_rows, known_rows, bound_rows):
 
 @kernel
 def hardly_beyond(q_rows, known_rows, k, bound_rows):
-    """Whether branch k is real and beyond the bounds, whole turns aside, and no joint by more than HARDLY_BEYOND."""
+    """Whether branch k is real and beyond the bounds, up to whole turns, and no joint by more than HARDLY_BEYOND."""
     n, real = bound_rows.shape[0] // N_BOUNDS, load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED
     furthest = where(real, 0.0, np.inf)
     for j in range(n):
@@ -94,7 +97,7 @@ def hardly_beyond(q_rows, known_rows, k, bound_rows):
 
 @kernel
 def from_middle(q, bound_rows, j):
-    """The middle of the bounds of joint j, half their width, and how far q is from the middle, whole turns aside."""
+    """The middle of joint j's bounds, half their width, and q's offset from the middle, up to whole turns."""
     n = bound_rows.shape[0] // N_BOUNDS
     lower, upper = load(bound_rows, j), load(bound_rows, n + j)
     middle = 0.5 * (lower + upper)
@@ -104,7 +107,10 @@ def from_middle(q, bound_rows, j):
 
 @routine
 def put_inside(q_rows, seed_rows, bound_rows, inside_rows):
-    """Write a branch, turned towards the seed, the joints that are beyond their bounds at the nearest ones; six rows."""
+    """Write a branch with whole turns towards the seed; joints beyond their bounds are put at the nearest bound.
+
+    All arguments have six rows.
+    """
     n = bound_rows.shape[0] // N_BOUNDS
     for j in range(6):
         q = load(q_rows, j)
@@ -118,9 +124,10 @@ def put_inside(q_rows, seed_rows, bound_rows, inside_rows):
 
 @routine
 def turn_within(q_rows, known_rows, branch, seed_rows, bound_rows):
-    """Turn one branch towards the seed within the bounds, where it is real; its q is NaN elsewhere.
+    """Bring a real branch towards the seed by whole turns within the bounds; other branches become NaN.
 
-    q_rows: six, changed where the branch is within; known_rows: what is known of branches in one number, IS_WITHIN added.
+    q_rows: Six, changed where the branch is within the bounds. known_rows: Flags of the branches, one number each; IS_WITHIN is
+    added.
     """
     n, known = bound_rows.shape[0] // N_BOUNDS, load(known_rows, branch)
     real = known - 2.0 * rint(0.5 * known - 0.25) > 0.0  # IS_REAL is the lowest bit
@@ -139,10 +146,10 @@ def turn_within(q_rows, known_rows, branch, seed_rows, bound_rows):
 
 @shared_routine
 def polish(chain, rows, inverse_reach, most, steps, scratch):
-    """At most ``steps`` of the above for the lanes whose error is above ENOUGH and at most ``most``.
+    """Take at most ``steps`` Newton steps in the lanes whose error is above ENOUGH and at most ``most``.
 
-    rows: the target, twelve; q (n_dof), changed; one, the error (a share of the reach, and radians, in one square), changed; the
-    lower bounds of the first joints, then the upper ones, none of the others. scratch: (6 n_dof), (N_SYSTEM), (n_dof).
+    rows: The target, twelve; q (n_dof), updated; the error, one (shares of the reach and radians, in one square root), updated;
+    the lower bounds of the first joints, then the upper ones; the others are unbounded. scratch: (6 n_dof), (N_SYSTEM), (n_dof).
     """
     (target_rows, q_rows, error_rows, bound_rows), (jacobian_rows, system_rows, last_rows) = rows, scratch
     n_dof, n_bounded, target = q_rows.shape[0], bound_rows.shape[0] // 2, load_pose(target_rows, 0)

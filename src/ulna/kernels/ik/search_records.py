@@ -1,4 +1,4 @@
-"""Declares what IK searches are asked for, and what they find, as records (``engine/records.py``)."""
+"""Declares the settings and results of IK searches as records (``engine/records.py``)."""
 
 from typing import Annotated
 
@@ -12,16 +12,16 @@ class SearchSettings(Record):
     """The settings of a search, the same for all of its targets.
 
     Attributes:
-        position_tolerance: The largest distance that counts as reached [m].
-        rotation_tolerance: The largest angle that counts as reached [rad].
-        steps: The most from one start.
-        seeded_steps: The most from the first start; 0: ``steps``.
-        calm: Whether the damping is in proportion to the size of the error. Such a search converges for targets out of reach.
-        first_wins: Whether a search for one target ends early, and how: 0, ANY or NEAREST (``ik.entries.multi_start``).
+        position_tolerance: The maximum distance that counts as reached [m].
+        rotation_tolerance: The maximum angle that counts as reached [rad].
+        steps: The maximum number of steps from one start.
+        seeded_steps: The maximum from the first start; 0: ``steps``.
+        calm: Whether the damping includes the size of the error. Such a search converges for unreachable targets.
+        first_wins: Early end of a search for one target: 0 for none, ANY or NEAREST (``ik.entries.multi_start``).
         with_posture: Whether there is a posture.
         task: Components of the pose error that count: WHOLE_POSE, WITH_SLACK or POINTING, in the target's axes.
         slack: Tolerance of each component at no cost [m, rad], read unless the task is the WHOLE_POSE.
-        far: The square of a distance [m^2] beyond which a larger one damps no more; 0 where every distance damps.
+        far: The square of the distance [m^2] beyond which the damping grows no more; 0 for no such distance.
     """
 
     position_tolerance: float
@@ -40,14 +40,14 @@ class SearchResult(Record):
     """The result for one target, or for one job of a search.
 
     Attributes:
-        status: SOLVED, NOT_FOUND or NOT_A_POSE, or a code that only an explanation gives (``ik.result``).
+        status: SOLVED, NOT_FOUND or NOT_A_POSE, or a code that only an explanation sets (``ik.result``).
         iterations: Steps from the start that led to the result.
         start: The number of that start.
         position_error: Distance of the configuration's pose from the target [m].
         rotation_error: Angle between them [rad].
         residual: The components of the error, in the target's axes [m, rad].
         missed: The squared residual of the task [m^2 + rad^2].
-        damping: That of the last step.
+        damping: The damping of the last step.
     """
 
     status: int

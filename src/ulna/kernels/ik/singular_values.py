@@ -1,11 +1,11 @@
 """Solves damped least squares by singular values, for very small damping.
 
-lambda is added to each sigma^2 separately, so it is not lost to rounding as it would be in J J' + lambda I.
+lambda is added to each sigma^2 separately. In J J' + lambda I it would be lost to rounding.
 
-1. Rotate pairs of rows of [J | e | I] until all rows of J are orthogonal: U' J = S V', U' e, U'. A row's length is then a
-   singular value sigma, its direction the v that belongs to it.
-2. x = sum of v sigma / (sigma^2 + lambda) (U' e), and e - J x = sum of u lambda / (sigma^2 + lambda) (U' e), which has a small
-   relative error, while the difference e - J x would be nothing but rounding.
+1. Rotate pairs of rows of [J | e | I] until all rows of J are orthogonal: U' J = S V', U' e, U'. The length of a row is then a
+   singular value sigma, and its direction the right singular vector v.
+2. x = sum of v sigma / (sigma^2 + lambda) (U' e); e - J x = sum of u lambda / (sigma^2 + lambda) (U' e). This form has a
+   small relative error, while the difference e - J x would be rounding alone.
 3. A sigma within the rounding of J counts as 0: rounding hides whether the arm can move in its direction.
 
 Source: Nakamura and Hanafusa (J. Dyn. Sys., Meas., Control 1986) for sigma / (sigma^2 + lambda); singular values by one-sided
@@ -17,7 +17,7 @@ from ulna.engine.lanes import load, splat, sqrt, store, where
 from ulna.kernels.ik.damped_system import store_six
 
 SWEEPS = 8  # of all fifteen pairs; six are usual
-_NOISE = 1e-14  # of the root of all squares
+_NOISE = 1e-14  # of the square root of the sum of all squares
 _SQUARE = 1e-30  # of the product of two rows' squares: below it they count as orthogonal
 
 
@@ -54,7 +54,7 @@ def begin_rotation(e, rotated_rows):
 
 @kernel
 def orthogonalise_all(jacobian_rows, n_dof, rotated_rows):
-    """Step 1; n_dof columns of J, and seven others."""
+    """Step 1, for n_dof columns of J and seven others."""
     for _ in range(SWEEPS):
         for p in range(5):
             for r in range(p + 1, 6):
@@ -92,7 +92,7 @@ def jacobi_rotation(jacobian_rows, n_dof, p, r):
 
 @kernel
 def rotate_rows(rows, p, r, cosine, sine):
-    """Rows p and r turned by an angle."""
+    """Rotate rows p and r by an angle."""
     x, y = load(rows, p), load(rows, r)
     store(rows, p, cosine * x - sine * y)
     store(rows, r, sine * x + cosine * y)
@@ -100,7 +100,7 @@ def rotate_rows(rows, p, r, cosine, sine):
 
 @kernel
 def dot_rows(jacobian_rows, n_dof, p, r):
-    """The product of rows p and r of J."""
+    """The inner product of rows p and r of J."""
     total = load(jacobian_rows, p) * load(jacobian_rows, r)
     for j in range(1, n_dof):
         total = total + load(jacobian_rows, 6 * j + p) * load(jacobian_rows, 6 * j + r)

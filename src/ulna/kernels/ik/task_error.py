@@ -1,7 +1,8 @@
-"""Reduces a pose error and its Jacobian to the rows of a task.
+"""Reduces a pose error and its Jacobian to the components of a task.
 
-Source: the bounds of TRAC-IK (Beeson and Ames, Humanoids 2015); the swing of an axis is the shortest rotation between two
-directions.
+The swing of an axis is the smallest rotation between two directions.
+
+Source: the bounds of TRAC-IK (Beeson and Ames, Humanoids 2015).
 """
 
 import math
@@ -16,12 +17,13 @@ _TINY = 1e-12  # of a sine: below it the axis of a half turn is chosen, not comp
 
 @kernel
 def task_error(is_pointing, slack, pose, target, e, jacobian_rows):
-    """The error that the task counts, in the target's axes; the rows of J are turned there too.
+    """The error that the task counts, in the target's axes; the rows of J are rotated there too.
 
-    slack: by how much each of the six components may be off [m, rad].
+    slack: The tolerance of each of the six components [m, rad].
 
-    1. Turn e and the columns of J into the target's axes. For a pointing, the rotation is the swing of the z axis alone.
-    2. Take the slack from each component; one within its slack counts as zero, and its row of J too, so that it stays free.
+    1. Rotate e and the columns of J into the target's axes. For a pointing task, the rotation is the swing of the z axis alone.
+    2. Subtract the slack from each component. A component within its slack counts as zero, and so does its row of J, so that it
+       stays free.
     """
     w = swing(pose, target) if is_pointing else (e[3], e[4], e[5])
     v, w = rotate_inverse(target, (e[0], e[1], e[2])), rotate_inverse(target, w)
@@ -46,7 +48,7 @@ def task_error(is_pointing, slack, pose, target, e, jacobian_rows):
 
 @kernel
 def beyond(x, slack):
-    """What of x lies beyond a slack on either side, and 0.0 if nothing does and the slack leaves room, else 1.0."""
+    """The excess of x over a slack on either side; and 0.0 if x stays free within it, else 1.0."""
     within = abs(x) <= slack
     rest = where(within, 0.0, where(x > 0.0, x - slack, x + slack))
     return rest, where(within, 0.0 if slack > 0.0 else 1.0, 1.0)
@@ -54,9 +56,9 @@ def beyond(x, slack):
 
 @kernel
 def swing(pose, target):
-    """The rotation vector of the shortest turn that brings pose's z axis onto the target's, in the axes of the base.
+    """The smallest rotation from pose's z axis to the target's, as a rotation vector in the base's axes.
 
-    Where they are opposite, it turns by pi about the target's x axis.
+    For opposite axes, it is a rotation by pi about the target's x axis.
     """
     a, b = (pose[2], pose[6], pose[10]), (target[2], target[6], target[10])
     n = cross(a, b)

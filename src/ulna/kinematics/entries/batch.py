@@ -1,9 +1,9 @@
 """Gathers a batch into rows of lanes and scatters the results, eight problems at a time.
 
-A batch has one problem after the other in memory; rows of lanes have the same number of eight problems together.
+In a batch, the numbers of one problem are contiguous. In rows of lanes, the same number of eight problems is contiguous.
 
-The last block of a batch is filled up with its last problem, which is computed more than once: every problem takes the same
-path whatever the batch's length and its own place, so its result is the same bit for bit.
+The last block of a batch is padded with its last problem, which is computed more than once. So every problem takes the same path
+for any length of the batch and any place in it, and has the same bits.
 """
 
 from ulna.engine.decorators import kernel, routine
@@ -13,10 +13,10 @@ from ulna.kernels.spatial.se3 import lane_pose, store_pose
 
 @kernel
 def gather(batch, start, rows):
-    """Rows of the eight problems batch[start], batch[start + 1], ...
+    """Fill rows with the eight problems batch[start], batch[start + 1], ...
 
-    Eight columns at a time are loaded as they lie and transposed. Where this would read past the end of the batch, as in its
-    last block, they are copied number by number.
+    Eight columns at a time are loaded and transposed. If this would read past the end of the batch, as in its last block, they
+    are copied number by number.
     """
     n, columns = batch.shape
     for k in range(0, columns, WIDTH):
@@ -33,7 +33,7 @@ def gather(batch, start, rows):
 def gather_one_by_one(batch, start, k, rows):
     """Copy at most eight columns, from k on, number by number. Lanes past the end get the last problem.
 
-    It is a function of its own, since its counters would slow down the loop over full blocks.
+    It is a separate function, since its counters would slow down the loop over full blocks.
     """
     for j in range(k, min(k + WIDTH, batch.shape[1])):
         for lane in range(WIDTH):
@@ -42,7 +42,10 @@ def gather_one_by_one(batch, start, k, rows):
 
 @kernel
 def gather_poses(matrices, start, pose_rows):
-    """Rows of the upper three rows of eight matrices (n, 4, 4), from ``start`` on. Lanes past the last one get the last one."""
+    """Fill rows with the upper three rows of eight matrices (n, 4, 4), from ``start`` on.
+
+    Lanes past the end get the last matrix.
+    """
     for k in range(0, 16, WIDTH):
         numbers = load_columns(matrices, start, k)
         for j in range(WIDTH):
@@ -54,8 +57,8 @@ def gather_poses(matrices, start, pose_rows):
 def scatter_rows(rows, n, out, start):
     """Write n rows to out[start], out[start + 1], ..., which have n numbers each.
 
-    Eight rows at a time are transposed and written as they lie; the last eight may repeat some of those before. Fewer than eight
-    rows, or a block that is not full, are written number by number.
+    Eight rows at a time are transposed and written; the last eight may repeat some rows. Fewer than eight rows, or an incomplete
+    block, are written number by number.
     """
     if n < WIDTH or start + WIDTH > out.shape[0]:
         scatter_one_by_one(rows, n, out, start)
@@ -71,7 +74,7 @@ def scatter_rows(rows, n, out, start):
 
 @routine
 def scatter_one_by_one(rows, n, out, start):
-    """Write n rows number by number, and only to those of ``out`` that there are."""
+    """Write n rows number by number, up to the end of ``out``."""
     flat = out.reshape(-1)
     for lane in range(min(WIDTH, out.shape[0] - start)):
         for k in range(n):
@@ -80,9 +83,9 @@ def scatter_one_by_one(rows, n, out, start):
 
 @kernel
 def scatter_matrices(pose, pose_rows, out, start):
-    """Write a pose in lanes to out[start], out[start + 1], ... as homogeneous 4x4 matrices, half of a matrix at a time.
+    """Write a pose in lanes to out[start], out[start + 1], ... as 4x4 matrices, half a matrix at a time.
 
-    A block that is not full goes by way of pose_rows.
+    An incomplete block goes through pose_rows.
     """
     if start + WIDTH <= out.shape[0]:
         zero, one = splat(0.0, pose[0]), splat(1.0, pose[0])
@@ -112,6 +115,6 @@ def scatter_matrix(pose_rows, i, lane, out):
 
 @kernel
 def share_no_memory(a, b):
-    """True if two arrays, each in one piece, share no memory: what is written to one does not change the other."""
+    """True if two contiguous arrays share no memory, so that writes to one do not change the other."""
     start_a, start_b = a.ctypes.data, b.ctypes.data
     return start_a + a.nbytes <= start_b or start_b + b.nbytes <= start_a

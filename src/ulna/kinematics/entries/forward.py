@@ -15,7 +15,7 @@ from ulna.kinematics.entries.batch import gather, scatter_matrices, scatter_matr
 def forward_one(chain, n_dof, q, out):
     """Write the 4x4 matrix of the chain's end to out for one q.
 
-    False, and nothing is written, if q is not n_dof numbers in range, or out is not 4x4, or shares memory with q.
+    Returns False, and writes nothing, unless q is n_dof numbers in range, and out is 4x4 and shares no memory with q.
     """
     if q.shape[0] != n_dof or out.shape != (4, 4) or not (all_in_range(q) and share_no_memory(q, out)):
         return False
@@ -25,7 +25,10 @@ def forward_one(chain, n_dof, q, out):
 
 @entry((TABLE, MATRIX, MATRICES))
 def forward_batch(chain, q, out):
-    """Write the matrix of the chain's end to out, shape (n, 4, 4), for q of shape (n, n_dof), eight rows at a time."""
+    """Write the matrix of the chain's end to out, shape (n, 4, 4), for q of shape (n, n_dof).
+
+    Eight rows are computed at a time. Returns False if q is out of range.
+    """
     q_rows, pose_rows = zero_rows(max(1, q.shape[1])), empty_rows(12)
     turn_rows = zero_rows(2 * chain.shape[0])
     good = True
@@ -39,7 +42,7 @@ def forward_batch(chain, q, out):
 
 @entry((TABLE, TABLE, NUMBERS, MATRICES))
 def frames_one(joints, frames, q, out):
-    """Write the 4x4 matrices of all frames to out, shape (n_frames, 4, 4), for one q. False if q is out of range."""
+    """Write the matrices of all frames to out, shape (n_frames, 4, 4), for one q; False if out of range."""
     joint_rows = np.empty(12 * joints.shape[0])
     tree_poses(joints, q, joint_rows)
     for k in range(frames.shape[0]):
@@ -49,7 +52,10 @@ def frames_one(joints, frames, q, out):
 
 @entry((TABLE, TABLE, MATRIX, BLOCKS))
 def frames_batch(joints, frames, q, out):
-    """Write those of all frames to out, shape (n, n_frames, 4, 4), for q of shape (n, n_dof), eight rows at a time."""
+    """Write the matrices of all frames to out, shape (n, n_frames, 4, 4), for q of shape (n, n_dof).
+
+    Eight rows of q are computed at a time.
+    """
     q_rows = zero_rows(max(1, q.shape[1]))
     joint_rows = empty_rows(12 * joints.shape[0])
     frame_rows = empty_rows(12 * frames.shape[0])

@@ -15,7 +15,7 @@ from ulna.kinematics.entries.batch import gather, scatter_rows, share_no_memory
 def jacobian_one(chain, expressed_in, n_dof, q, out):
     """Write J to out, shape (6, n_dof), for one q.
 
-    False, and nothing is written, if q is not n_dof numbers in range, or out has another shape, or shares memory with q.
+    Returns False, and writes nothing, unless q is n_dof numbers in range, and out has its shape and shares no memory with q.
     """
     if q.shape[0] != n_dof or out.shape != (6, n_dof) or not (all_in_range(q) and share_no_memory(q, out)):
         return False
@@ -25,7 +25,10 @@ def jacobian_one(chain, expressed_in, n_dof, q, out):
 
 @entry((TABLE, WHOLE, MATRIX, MATRICES))
 def jacobian_batch(chain, expressed_in, q, out):
-    """Write J to out, shape (n, 6, n_dof), for q of shape (n, n_dof), eight rows at a time. False if q is out of range."""
+    """Write J to out, shape (n, 6, n_dof), for q of shape (n, n_dof), eight rows at a time.
+
+    Returns False if q is out of range.
+    """
     n_dof = q.shape[1]
     q_rows, jacobian_rows = zero_rows(max(1, n_dof)), zero_rows(6 * n_dof)
     turn_rows, is_first = zero_rows(2 * chain.shape[0]), np.empty(chain.shape[0], np.int64)
