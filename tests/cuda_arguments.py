@@ -11,7 +11,7 @@ from numba import from_dtype, types
 
 from ulna.engine import signatures
 from ulna.engine.compiler import numba_types
-from ulna.kernels.chain.branch_records import Branches, Sure
+from ulna.kernels.chain.branch_records import Accuracy, Branches
 from ulna.kernels.collision.scene import Carried, Intervals, Mover, Near, Nearness, Planes, Posed, Reach, Scene
 from ulna.kernels.distance.body_records import Body, Core, Simplex
 from ulna.kernels.dynamics.dynamics_records import BodyRows, FallRows, ForceRows, Mechanism, RateRows, State
@@ -72,7 +72,7 @@ def _each(names: str, numba_type) -> dict:
 
 TYPES = {
     "": {
-        **_each("x y z p2 r2 theta limit distance damping rate share like reach size rounding way noise of_world", NUMBER),
+        **_each("x y z p2 r2 theta limit distance damping rate share like reach size rounding way noise object_rounding", NUMBER),
         **_each("radius_a radius_b half_a half_b height wanted hits", NUMBER),
         **_each("i j k n_dof row lane number kind kind_a kind_b n_faces n_edges across down expressed_in", WHOLE),
         **_each("root", WHOLE),
@@ -98,8 +98,10 @@ TYPES = {
         **_each("first second third fourth fifth sixth bend angle angle_a angle_b bends free", ANGLE), "n": WHOLE,
         "motion": POSE, **_each("two three reach v", VECTOR), "both": PAIR,
         **_each("r whole last columns", THREE_VECTORS), "angles": VECTOR,
-        **_each("a_s a_c discriminant sign square missed sure apart next_apart near least near_5", NUMBER),
-        **_each("row branch", WHOLE), "is_first": INDICES, "branches": BRANCHES, "known": types.NamedTuple((NUMBER,) * 4, Sure),
+        **_each("a_s a_c discriminant sign square residual_square determination", NUMBER),
+        **_each("separation next_separation min_separation conditioning conditioning_5", NUMBER),
+        **_each("row branch", WHOLE), "is_first": INDICES, "branches": BRANCHES,
+        "known": types.NamedTuple((NUMBER,) * 4, Accuracy),
         "limits": ANGLE,
     },
     "chain.subproblems": {"k": VECTOR, **_each("b d s c", NUMBER)},
@@ -108,9 +110,9 @@ TYPES = {
     "chain.spherical_wrist": {"family": WHOLE, **_each("outer inner", ANGLE)},
     "chain.three_parallel.within_reach": {"singular": TRUTH, "angles": types.UniTuple(ANGLE, 3)},
     "chain.parallel_links.links": {"angles": SIZE, "both": TWO_VECTORS},
-    "chain.closed_form_rows.put": {"angle": NUMBER},
+    "chain.closed_form_rows.store_angle": {"angle": NUMBER},
     "chain.sliding_arm": {"family": WHOLE, **_each("first second third joint", VECTOR), **_each("way sign_1 sign_2", NUMBER)},
-    "chain.sliding_arm.ways_in_plane": {"k": VECTOR},
+    "chain.sliding_arm.lengths_in_plane": {"k": VECTOR},
     "chain.quartic_arm": {**_each("left_1 left_2", VECTOR)},
     "chain.quartic_arm.parts": {"k": VECTOR},
     "chain.quartic_arm.square_of_size": {**_each("u v", ANGLE)},
@@ -147,7 +149,7 @@ TYPES = {
     "distance.gjk": {"simplex": SIMPLEX, **_each("edges normals", THREE_VECTORS), **_each("e f", VECTOR)},
     "distance.gjk.point_of": {**_each("k1 k2", VECTOR)},
     "distance.gjk.chosen_three": {**_each("a b", THREE_VECTORS)},
-    "distance.gjk.nearer": {"best": CANDIDATE, "other": CANDIDATE},
+    "distance.gjk.nearer_candidate": {"best": CANDIDATE, "other": CANDIDATE},
     **{f"distance.pairs.pair_{name}": {"a": BODY, "b": BODY} for name in ("distance", "overlap", "gap")},
     "distance.pairs.contact_reach": {"a": BODY, "b": BODY},
     "distance.pairs.outer_half": {"body": BODY},
@@ -157,8 +159,8 @@ TYPES = {
         "points": TABLE, **_each("posed ours theirs", POSED), "scene": SCENE, "heights": NUMBERS, "scratch": POLYTOPE,
         "best": VECTOR,
         **_each("within half clear margin speed bend turning slack slope fastest extent", NUMBER), **_each("n p node top", WHOLE),
-        **_each("still stop", TRUTH),
-        "carried": CARRIED, "apart": types.none, "back": WHOLE, "intervals": INTERVALS, "group": types.UniTuple(WHOLE, 3),
+        **_each("is_instant stop_at_contact", TRUTH),
+        "carried": CARRIED, "margins": types.none, "from_end": WHOLE, "intervals": INTERVALS, "group": types.UniTuple(WHOLE, 3),
     },
     "collision.bvh.gap_bound": {"gap": VECTOR},
     "collision.bvh": {**_each("x half", VECTOR), **_each("end axis", WHOLE), "height": NUMBER},
@@ -166,7 +168,7 @@ TYPES = {
     "collision.contacts": {
         "planes": PLANES, "number": WHOLE,
         **_each("contacts contact_rows from_rows to_rows out", MATRIX), **_each("joint witness first count w", WHOLE),
-        **_each("contact gradient", NUMBERS), "solid": types.Tuple((WHOLE, WHOLE, NUMBER)), "kept": types.UniTuple(WHOLE, 2),
+        **_each("contact gradient", NUMBERS), "solid": types.Tuple((WHOLE, WHOLE, NUMBER)), "row_range": types.UniTuple(WHOLE, 2),
         "order": INDICES,
         **_each("sign clearance", NUMBER), "near": NEAR, "excess": NUMBERS,
         "nearness": types.NamedTuple((NUMBER, types.none, NUMBER), Nearness),
@@ -179,16 +181,16 @@ TYPES = {
     "collision.reached.core_slope": {"e": VECTOR},
     "collision.reached.push_reached": {"body": types.Tuple((POSED, VECTOR, TWO_VECTORS))},
     "collision.posed_pair.solid_at": {"w": WHOLE},
-    "collision.reached": {**_each("center half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE, "apart": types.none},
-    "collision.interval": {**_each("o g", WHOLE), "p": VECTOR, "of_all": NUMBER},
+    "collision.reached": {**_each("center half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE, "margins": types.none},
+    "collision.interval": {**_each("o g", WHOLE), "p": VECTOR, "motion": NUMBER},
     "collision.interval.body_outcome": {
-        "mover": types.Tuple((WHOLE, WHOLE, NUMBER)), "found": types.Tuple((WHOLE, TRUTH, INDICES)),
+        "mover": types.Tuple((WHOLE, WHOLE, NUMBER)), "candidates": types.Tuple((WHOLE, TRUTH, INDICES)),
     },
     "collision.interval.object_outcome": {
         "mover": types.NamedTuple((WHOLE, WHOLE, POSE, VECTOR, VECTOR), Mover), "reach": types.NamedTuple((NUMBER,) * 4, Reach),
     },
     "collision.interval.pair_outcome": {"pair": types.UniTuple(WHOLE, 3), "reach": types.UniTuple(NUMBER, 2)},
-    "collision.interval.spheres_way": {"pair": types.UniTuple(WHOLE, 3), "centers": TWO_VECTORS},
+    "collision.interval.spheres_approach": {"pair": types.UniTuple(WHOLE, 3), "centers": TWO_VECTORS},
     # Here one configuration is a column, chosen by its lane, of rows of several.
     "collision.nearest.splat_result": {"best_rows": MATRIX},
     "collision.nearest.nearest_indexed": {**_each("body_rows bound_rows", MATRIX), "search": types.Tuple((INDICES, NUMBERS))},
@@ -213,7 +215,7 @@ TYPES = {
     },
     "ik.task_error.task_error": {"slack": NUMBERS},
     "ik.bounded_least_squares": {"v": TWIST, "scratch": types.UniTuple(NUMBERS, 5)},
-    "ik.bounded_least_squares.minus_where": {**_each("a b", TWIST)},
+    "ik.bounded_least_squares.negated_where": {**_each("a b", TWIST)},
     "ik.bounded_least_squares.release_steepest": {"rows": types.UniTuple(NUMBERS, 3)},
     "ik.damped_system": {"v": TWIST}, "ik.singular_values.add_rotated": {"v": TWIST},
     "ik.nearest_branch": {**_each("q seed most inverse_reach", NUMBER), **_each("branch k steps", WHOLE)},

@@ -53,11 +53,11 @@ TABLES = {
     "state",
     "velocity_limits",
     "vertices",
-    *("near.unseen", "apart.touching"),  # empty where a caller does without
+    *("near.unseen", "margins.touching"),  # empty where a caller does without
     *("intervals.steps", "intervals.bends"),  # of one path
 }
 LANE_LOOPS = {
-    "collision/reached.py least": "one box around a body in eight intervals of one edge: a minimum over the lanes",
+    "collision/reached.py lane_minimum": "one box around a body in eight intervals of one edge: a minimum over the lanes",
     "collision/ball_motion.py world_rounding": "the largest coordinate of the bounds of the eight children of the BVH's root",
     "collision/bvh.py end_row": "the first or the last of the eight children of a node of the BVH: one search, no batch",
     "distance/epa.py with_penetration": "EPA grows one polytope: it runs lane by lane, in the few lanes whose cores overlap",

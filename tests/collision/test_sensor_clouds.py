@@ -308,7 +308,7 @@ def test_of_each_voxel_the_point_nearest_to_its_middle_is_kept(rng, kind):
     assert set(map(tuple, thin.points.tolist())) == set(map(tuple, points[expected].tolist()))
 
 
-@pytest.mark.parametrize("kind", ["fill_slots", "compare_with_kept"])
+@pytest.mark.parametrize("kind", ["fill_slots", "measure_thinning"])
 def test_thinning_ends_at_ctrl_c_between_two_slices(rng, monkeypatch, kind):
     slices, run, cloud = [], getattr(thinning, kind), ulna.PointCloud(rng.uniform(-1, 1, (40_000, 3)), 0.01)
 

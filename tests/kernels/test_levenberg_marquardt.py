@@ -78,7 +78,7 @@ def test_every_result_has_its_true_errors_and_lies_within_the_bounds(panda, sear
         assert_close(info["rotation_error"][k, :], rotation, atol=1e-7)
         solved = info["status"][k, :] == SOLVED
         assert np.array_equal(solved, (position <= 1e-5) & (rotation <= 1e-5))
-        assert_close(info["missed"][k, :], position**2 + rotation**2, rtol=1e-6, atol=1e-13)
+        assert_close(info["residual_square"][k, :], position**2 + rotation**2, rtol=1e-6, atol=1e-13)
         assert list(info["start"][k, :]) == list(range(STARTS))
     assert (info["status"] == SOLVED).mean() > 0.5
     assert (info["status"] == NOT_FOUND).any()
@@ -160,7 +160,7 @@ def test_where_the_first_wins_one_row_holds_the_first_that_solves(panda, search,
 def test_where_the_first_wins_and_none_does_the_nearest_is_reported(panda, search):
     every_q, every = search(NO_TARGET[None], panda.home[None])
     q, info = search(NO_TARGET[None], panda.home[None], first_wins=True)
-    nearest = every["missed"][0, :].argmin()
+    nearest = every["residual_square"][0, :].argmin()
     assert np.array_equal(q[0, 0], every_q[0, nearest])
     assert np.array_equal(info[0, 0], every[0, nearest])
 

@@ -133,7 +133,7 @@ def one_per_voxel(points: Points, voxel: float) -> tuple[NDArray[np.int64], floa
     (indices, voxel_of_point), error = _voxels_of(points, float(edge), low), np.zeros(1)
 
     def compare(rows: slice) -> bool:
-        thinning.compare_with_kept(points, indices, voxel_of_point, np.array([rows.start, rows.stop]), error)
+        thinning.measure_thinning(points, indices, voxel_of_point, np.array([rows.start, rows.stop]), error)
         return True
 
     in_slices(compare, slice(0, len(points)), MIN_POSES)
@@ -165,4 +165,4 @@ def _voxels_of(points: Points, edge: float, low: NDArray[np.float64]) -> tuple[N
             thinning.move_slots(voxels.numbers[: progress[2]], slots)
 
     in_slices(insert, slice(0, n), MIN_POSES)
-    return voxels.nearest[: progress[2]], voxels.own
+    return voxels.nearest[: progress[2]], voxels.voxel_of_point

@@ -34,7 +34,7 @@ class EdgeTables(NamedTuple):
     runs: Any
     others: Any
     lengths: Any
-    of_world: float
+    object_rounding: float
 
 
 def edge_tables(scene: DeviceScene, known: EdgeTables | None = None) -> EdgeTables:
@@ -67,7 +67,7 @@ def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, is_indexed: bo
         scene, q_b = as_scene(tables[0]), tables[4][place[0]]
         if not (all_in_range(q_a) and all_in_range(q_b)):
             return True
-        balls, order, first, groups, runs, others, lengths, of_world = tables[1]
+        balls, order, first, groups, runs, others, lengths, object_rounding = tables[1]
         steps = staged.cuda.local.array((n_joints, STEP_WIDTH), np.float64)
         speeds = staged.cuda.local.array((n_balls, columns), np.float64)
         bends = staged.cuda.local.array((n_balls, columns), np.float64)
@@ -85,7 +85,7 @@ def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, is_indexed: bo
         for j in range(n_dof):
             spread[j] = 0.0
         write_motion(scene.joints, q_a, q_b, spread, carried)
-        hits, low = free_part(scene, carried, of_world, (q_a, q_b, q), tables[3], ends, stack)
+        hits, low = free_part(scene, carried, object_rounding, (q_a, q_b, q), tables[3], ends, stack)
         marks[1][place[0]], marks[2][place[0]] = hits, low
         write_place(q_a, q_b, low, q_out)
         return False
@@ -94,7 +94,7 @@ def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, is_indexed: bo
 
 
 @kernel
-def free_part(scene, carried, of_world, edge, resolution, ends, stack):
+def free_part(scene, carried, object_rounding, edge, resolution, ends, stack):
     """Whether an edge is in collision, or closer than the resolution, and the certified free fraction before that.
 
     edge: q_a, q_b, and memory for a configuration.
@@ -104,7 +104,7 @@ def free_part(scene, carried, of_world, edge, resolution, ends, stack):
         t, half = 0.5 * (low + high), 0.5 * (high - low) + INSTANT
         write_place(edge[0], edge[1], t, edge[2])
         place_balls(scene.joints, edge[2], half, False, carried)
-        intervals = Intervals(half, False, True, 0.0, None, of_world)
+        intervals = Intervals(half, False, True, 0.0, None, object_rounding)
         touches, clear = world_outcome(scene, carried, intervals, stack, t)
         if not touches:
             touches, clear = self_outcome(scene, carried, intervals, clear, t)

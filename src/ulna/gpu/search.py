@@ -304,7 +304,7 @@ def searches_of(n_dof: int):
             if is_new:
                 seed = seeds[min(i, seeds.shape[0] - 1)]
                 if best == np.inf:
-                    info[job].status, info[job].missed = NOT_FOUND, np.inf
+                    info[job].status, info[job].residual_square = NOT_FOUND, np.inf
                 if start == 0 and not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seed)):
                     info[job].status, flag[0], start = NOT_A_POSE, 1, until
                 if start >= until:
@@ -361,7 +361,7 @@ def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
                 break
             if hit and not collides:
                 chosen, collides = job, True
-            elif not collides and (chosen < 0 or info_of[job].missed < info_of[chosen].missed):
+            elif not collides and (chosen < 0 or info_of[job].residual_square < info_of[chosen].residual_square):
                 chosen = job
         before = NOT_FOUND if is_first else info[i].status
         following[i] = info_of[chosen].start + 1 if collides else end
@@ -369,7 +369,7 @@ def choose(jobs, q_of, info_of, hits, q, info, following, left, counts):
         if not is_in_place and (
             is_clear
             or is_first
-            or (before == NOT_FOUND and (collides or info_of[chosen].missed < info[i].missed))
+            or (before == NOT_FOUND and (collides or info_of[chosen].residual_square < info[i].residual_square))
         ):  # fmt: skip
             for j in range(q.shape[1]):
                 q[i, j] = q_of[chosen, j]

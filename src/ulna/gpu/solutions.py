@@ -25,14 +25,14 @@ from ulna.gpu.queue import Queue
 from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at
 from ulna.ik.closed_form.six_joints import proofs_of
-from ulna.ik.entries.branch_rows import polish_branches, put_at_limits, write_free_angles
+from ulna.ik.entries.branch_rows import move_to_limits, polish_branches, write_free_angles
 from ulna.ik.entries.closed_form import N_OPTIONS
 from ulna.ik.problem import Query
 from ulna.ik.reason import Reason
 from ulna.ik.solutions import PROOFS, IKSolutions, Proof
 from ulna.kernels.chain.closed_form import closed_form
 from ulna.kernels.chain.closed_form_layout import IS_REAL, IS_WITHIN, N_BRANCHES, N_KNOWN
-from ulna.kernels.chain.closed_form_rows import known_in_one
+from ulna.kernels.chain.closed_form_rows import properties_in_one
 from ulna.kernels.ik.nearest_branch import is_any_hardly_beyond, turn_within
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import LARGEST_DEFECT
@@ -182,8 +182,8 @@ def _branch(tables, matrix, place, _own, q_out, marks):
     closed_form(table, target, signs, 1, free, q, known)
     polish_branches(table, chain, (signs, free, target, q, known), (jacobian, system, last))
     if bounds.shape[0] > 0 and is_any_hardly_beyond(q, known, bounds):
-        put_at_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), (seed, bounds), (inside, error))
-    known[0] = known_in_one(known, 0)
+        move_to_limits(table, chain, (signs, free, target, q, known), (jacobian, system, last), (seed, bounds), (inside, error))
+    known[0] = properties_in_one(known, 0)
     if bounds.shape[0] > 0:
         turn_within(q, known, 0, seed, bounds)
     bits = int(known[0])

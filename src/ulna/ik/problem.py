@@ -82,7 +82,7 @@ class Query:
         records, options = SearchSettings.records(), self.options
         settings = records[0]
         settings.position_tolerance, settings.rotation_tolerance = options.tolerances
-        settings.steps, settings.task, settings.far = STEPS, options.task.kind, self._far_square
+        settings.steps, settings.task, settings.max_square = STEPS, options.task.kind, self._far_square
         settings.slack[:] = options.task.slack
         return records
 

@@ -80,7 +80,7 @@ def interval_work(n_dof):
 
 
 @kernel
-def edge_is_free(check, edge, resolution, margin, apart, breadth):
+def edge_is_free(check, edge, resolution, margin, margins, breadth):
     """Whether an edge is certainly free, and every object of the world is farther away than a margin [m].
 
     Args:
@@ -88,7 +88,7 @@ def edge_is_free(check, edge, resolution, margin, apart, breadth):
         edge: An ``Edge`` whose ends are in range.
         resolution: Length of the motion below which an interval is not split [m].
         margin: Clearance from objects [m].
-        apart: Wider margins for some objects (``scene.Apart``), or None.
+        margins: Wider margins for some objects (``scene.Margins``), or None.
         breadth: The number of intervals that are split the oldest first, at most BREADTH. With 0, an edge that passes near
             something for long is given up after a few tests at one place.
     """
@@ -99,7 +99,7 @@ def edge_is_free(check, edge, resolution, margin, apart, breadth):
     oldest, newest = 0, 1
     while oldest < newest:
         n, oldest, newest = split_next(waiting, oldest, newest, lane_rows, breadth)
-        if outcome_at(check, edge, INSTANT, margin, apart, stop=True):
+        if outcome_at(check, edge, INSTANT, margin, margins, stop_at_contact=True):
             return False
         for lane in range(WIDTH // n * n):
             if lane_rows[2, lane] == 0.0:
@@ -124,7 +124,7 @@ def free_until(check, edge, resolution):
         if waiting[n, 0] - waiting[n, 1] >= at_most:
             return at_most
         split(waiting, n, 1, lane_rows)
-        outcome_at(check, edge, INSTANT, 0.0, None, stop=False)
+        outcome_at(check, edge, INSTANT, 0.0, None, stop_at_contact=False)
         for back in range(WIDTH):
             lane = WIDTH - 1 - back
             if lane_rows[2, lane] == 0.0:
@@ -171,17 +171,17 @@ def write_places(q_a, q_b, work):
 
 
 @shared_routine
-def outcome_at(check, edge, instant, margin, apart, stop):
+def outcome_at(check, edge, instant, margin, margins, stop_at_contact):
     """Whether something touches at the middles of eight intervals. ``lane_rows`` gets 1 for each clear interval.
 
     instant: A length to add to their half lengths; 0 if these are 0, so that nothing moves. stop: Whether a contact ends the
     search. If it does, lanes marked clear need not be clear.
     """
     scene, carried, (q_rows, lane_rows, _, stack) = check.scene, check.carried, check.work
-    half, still = load(lane_rows, 1) + instant, instant == 0.0
+    half, is_instant = load(lane_rows, 1) + instant, instant == 0.0
     write_places(edge.q_a, edge.q_b, check.work)
-    like, intervals = load(q_rows, 0), Intervals(half, still, stop, margin, apart, check.of_world)
-    place_balls(scene.joints, q_rows, half, still, carried)
+    like, intervals = load(q_rows, 0), Intervals(half, is_instant, stop_at_contact, margin, margins, check.object_rounding)
+    place_balls(scene.joints, q_rows, half, is_instant, carried)
     touches, clear = world_outcome(scene, carried, intervals, stack, like)
     if not touches:
         touches, clear = self_outcome(scene, carried, intervals, clear, like)
@@ -204,7 +204,7 @@ def edge_is_free_at_samples(check, edge, n_blocks, margin):
         n = min(newest - oldest, WIDTH // 2)
         split(waiting, oldest, n, lane_rows)
         oldest, before, left = oldest + n, left, 0
-        if outcome_at(check, edge, INSTANT, margin, None, stop=True):
+        if outcome_at(check, edge, INSTANT, margin, None, stop_at_contact=True):
             return False
         for lane in range(WIDTH // n * n):
             if lane_rows[2, lane] == 0.0:
@@ -243,7 +243,7 @@ def touches_at(check, edge, n, margin):
     lane_rows = check.work[1]
     for lane in range(WIDTH):
         lane_rows[0, lane], lane_rows[1, lane] = lane_rows[0, min(lane, n - 1)], 0.0
-    touches = outcome_at(check, edge, 0.0, margin, None, stop=True)
+    touches = outcome_at(check, edge, 0.0, margin, None, stop_at_contact=True)
     for lane in range(WIDTH):
         touches = touches or lane_rows[2, lane] == 0.0
     return touches

@@ -32,7 +32,7 @@ class Voxels(NamedTuple):
     """The point nearest to the center of each."""
     squares: NDArray[np.float64]
     """The square of its distance, in units of the voxel's edge."""
-    own: NDArray[np.int64]
+    voxel_of_point: NDArray[np.int64]
     """The voxel of each point."""
 
 
@@ -47,32 +47,32 @@ def fill_slots(points, voxel, low, slots, voxels, progress):
     axis. slots: The hash table, shape (2^k,), of indices into ``Voxels``, counted from 1. progress: The first point, the one
     after the last, and the number of voxels. The next point to process and the new number of voxels replace them.
     """
-    known, nearest, squares, own = voxels
-    scale, most, end, at = 1.0 / voxel, slots.shape[0] // 2, progress[1], -1
-    numbers, beside = np.empty(BLOCK, np.int64), np.empty(BLOCK)
+    numbers_of_voxels, nearest, squares, voxel_of_point = voxels
+    scale, max_voxels, end, voxel_row = 1.0 / voxel, slots.shape[0] // 2, progress[1], -1
+    numbers_of_block, squares_of_block = np.empty(BLOCK, np.int64), np.empty(BLOCK)
     while progress[0] < end:
         first = progress[0]
         n = min(BLOCK, end - first)
         for i in range(n):  # many loads of slots are in flight at once: no branch waits for one of them
-            numbers[i], beside[i] = voxel_of(points, first + i, scale, low)
-            own[first + i] = slots[first_slot(slots, numbers[i])] - 1
+            numbers_of_block[i], squares_of_block[i] = voxel_of(points, first + i, scale, low)
+            voxel_of_point[first + i] = slots[first_slot(slots, numbers_of_block[i])] - 1
         for i in range(n):
-            number, k = numbers[i], first + i
-            if at < 0 or known[at] != number:  # otherwise it is the previous point's voxel
-                at = own[k]
-                if at < 0 or known[at] != number:
-                    slot = slot_of(slots, known, number)
-                    at = slots[slot] - 1
-                    if at < 0:
-                        at = progress[2]
-                        if at == most:
+            number, k = numbers_of_block[i], first + i
+            if voxel_row < 0 or numbers_of_voxels[voxel_row] != number:  # otherwise it is the previous point's voxel
+                voxel_row = voxel_of_point[k]
+                if voxel_row < 0 or numbers_of_voxels[voxel_row] != number:
+                    slot = slot_of(slots, numbers_of_voxels, number)
+                    voxel_row = slots[slot] - 1
+                    if voxel_row < 0:
+                        voxel_row = progress[2]
+                        if voxel_row == max_voxels:
                             progress[0] = k
                             return
-                        progress[2] = slots[slot] = at + 1
-                        known[at], squares[at] = number, np.inf
-            own[k] = at
-            if beside[i] < squares[at]:
-                nearest[at], squares[at] = k, beside[i]
+                        progress[2] = slots[slot] = voxel_row + 1
+                        numbers_of_voxels[voxel_row], squares[voxel_row] = number, np.inf
+            voxel_of_point[k] = voxel_row
+            if squares_of_block[i] < squares[voxel_row]:
+                nearest[voxel_row], squares[voxel_row] = k, squares_of_block[i]
         progress[0] += n
 
 
@@ -84,22 +84,22 @@ def move_slots(voxels, slots):
 
 
 @entry(*((points, INDICES, INDICES, INDICES, NUMBERS) for points in (POINTS, POINTS_32)))
-def compare_with_kept(points, nearest, own, progress, farthest):
+def measure_thinning(points, nearest, voxel_of_point, progress, farthest):
     """Write the maximum distance of points from the kept points of their voxels, over points from ``progress[0]`` on.
 
     The last point is before ``progress[1]``. ``farthest``, shape (1,), is raised to it [m]; other arguments as for
     ``fill_slots``.
     """
-    most = 0.0
+    max_square = 0.0
     for i in range(progress[0], progress[1]):
-        k = nearest[own[i]]
-        x, y, z = apart(points, i, k, 0), apart(points, i, k, 1), apart(points, i, k, 2)
-        most = max(most, x * x + y * y + z * z)
-    farthest[0] = max(farthest[0], np.sqrt(most))
+        k = nearest[voxel_of_point[i]]
+        x, y, z = difference(points, i, k, 0), difference(points, i, k, 1), difference(points, i, k, 2)
+        max_square = max(max_square, x * x + y * y + z * z)
+    farthest[0] = max(farthest[0], np.sqrt(max_square))
 
 
 @kernel
-def apart(points, i, k, axis):
+def difference(points, i, k, axis):
     """The difference of two points along an axis [m], as float64: ``float`` would leave a float32 as it is."""
     return np.float64(points[i, axis]) - np.float64(points[k, axis])
 

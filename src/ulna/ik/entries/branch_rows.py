@@ -5,7 +5,6 @@ import numpy as np
 from ulna.engine.decorators import kernel, workspace
 from ulna.engine.lanes import WIDTH, any_lane, load, splat, sqrt, store, where, zero_rows
 from ulna.kernels.chain.closed_form_layout import (
-    APART,
     COINCIDE,
     COLUMNS,
     COMPLEX,
@@ -19,13 +18,14 @@ from ulna.kernels.chain.closed_form_layout import (
     POLISH,
     REACHED,
     RESIDUAL,
+    SEPARATION,
     SIGNS,
     STEPS,
 )
 from ulna.kernels.chain.closed_form_rows import proof_of
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
-from ulna.kernels.ik.nearest_branch import hardly_beyond, polish, put_inside
+from ulna.kernels.ik.nearest_branch import clip_branch, is_hardly_beyond, polish
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.spatial.elementary import maximum, sincos
 from ulna.kernels.spatial.se3 import load_pose
@@ -65,20 +65,20 @@ def write_free_angles(table, angle_rows, free_rows):
 def polish_branches(table, chain, rows, scratch):
     """Polish the branches in the rows of ``branch_state``."""
     _, _, target_rows, q_rows, known_rows = rows
-    least, most, steps = table[POLISH, MIN_ERROR], table[POLISH, MAX_ERROR], int(table[POLISH, STEPS])
+    min_error, max_error, steps = table[POLISH, MIN_ERROR], table[POLISH, MAX_ERROR], int(table[POLISH, STEPS])
     for k in range(q_rows.shape[0] // N_AXES):
-        error = maximum(load(known_rows, N_KNOWN * k), least)
-        if least == 0.0:  # a certainly complex branch has no solution: Newton steps would lead to another branch's solution
-            complex_ = (load(known_rows, N_KNOWN * k + APART) < COMPLEX) & (error > REACHED)
-            error = where(complex_, maximum(error, 2.0 * most), error)
+        error = maximum(load(known_rows, N_KNOWN * k), min_error)
+        if min_error == 0.0:  # a certainly complex branch has no solution: Newton steps would lead to another branch's solution
+            complex_ = (load(known_rows, N_KNOWN * k + SEPARATION) < COMPLEX) & (error > REACHED)
+            error = where(complex_, maximum(error, 2.0 * max_error), error)
         store(known_rows, N_KNOWN * k, error)
-        if any_lane((error > ENOUGH) & (error <= most)):
+        if any_lane((error > ENOUGH) & (error <= max_error)):
             branch, known = q_rows[N_AXES * k : N_AXES * (k + 1)], known_rows[N_KNOWN * k : N_KNOWN * (k + 1)]
-            polish(chain, (target_rows, branch, known, known_rows[:0]), table[FORM, INVERSE_REACH], most, steps, scratch)
+            polish(chain, (target_rows, branch, known, known_rows[:0]), table[FORM, INVERSE_REACH], max_error, steps, scratch)
 
 
 @workspace
-def put_at_limits(table, chain, rows, scratch, seed, room):
+def move_to_limits(table, chain, rows, scratch, seed, room):
     """Put joints hardly beyond a limit at the limit, if the branch still reaches the target there.
 
     The allowed excess depends on the accuracy of the angle. Near the singularity of a wrist, a rounding eps of the pose rotates
@@ -90,15 +90,15 @@ def put_at_limits(table, chain, rows, scratch, seed, room):
     n_limits = 2 * (bound_rows.shape[0] // N_BOUNDS)
     for k in range(q_rows.shape[0] // N_AXES):
         branch, residual = q_rows[N_AXES * k : N_AXES * (k + 1)], load(known_rows, N_KNOWN * k + RESIDUAL)
-        beyond = hardly_beyond(q_rows, known_rows, k, bound_rows)
-        if any_lane(beyond):
-            put_inside(branch, seed_rows, bound_rows, inside_rows)
-            store(error_rows, 0, where(beyond, 1.0, 0.0 * residual))
+        is_beyond = is_hardly_beyond(q_rows, known_rows, k, bound_rows)
+        if any_lane(is_beyond):
+            clip_branch(branch, seed_rows, bound_rows, inside_rows)
+            store(error_rows, 0, where(is_beyond, 1.0, 0.0 * residual))
             polished = target_rows, inside_rows, error_rows, bound_rows[:n_limits]
             polish(chain, polished, table[FORM, INVERSE_REACH], np.inf, _STEPS_AT_LIMITS, scratch)
-            put = beyond & (load(error_rows, 0) <= maximum(residual, ENOUGH))
+            is_moved = is_beyond & (load(error_rows, 0) <= maximum(residual, ENOUGH))
             for j in range(N_AXES):
-                store(branch, j, where(put, load(inside_rows, j), load(branch, j)))
+                store(branch, j, where(is_moved, load(inside_rows, j), load(branch, j)))
 
 
 @workspace
@@ -110,24 +110,24 @@ def polish_seed(table, chain, rows, scratch, seed, one_target):
     that is not polished. one_target: Whether the lanes are the branches of one target.
     """
     seed_rows, q_rows, known_rows = seed
-    like, most = load(seed_rows, 0), table[POLISH, MAX_ERROR]
-    wanted = splat(1.0, like) > 0.0
+    like, max_error = load(seed_rows, 0), table[POLISH, MAX_ERROR]
+    is_needed = splat(1.0, like) > 0.0
     if table[POLISH, MIN_ERROR] == 0.0:
-        wanted = proof_of(rows[4]) > COINCIDE
-        if not any_lane(wanted):
+        is_needed = proof_of(rows[4]) > COINCIDE
+        if not any_lane(is_needed):
             return False
         if one_target:
-            wanted = splat(1.0, like) > 0.0
+            is_needed = splat(1.0, like) > 0.0
     for j in range(N_AXES):
         store(q_rows, j, load(seed_rows, j))
     p2, r2 = error_squares(pose_error(chain_pose(chain, q_rows), load_pose(rows[2], 0)))
     error = sqrt(p2 * table[FORM, INVERSE_REACH] ** 2 + r2)
-    near = wanted & (error <= most)
-    store(known_rows, RESIDUAL, where(near, error, np.inf))
-    if not any_lane(near):
+    is_near = is_needed & (error <= max_error)
+    store(known_rows, RESIDUAL, where(is_near, error, np.inf))
+    if not any_lane(is_near):
         return False
     polished = rows[2], q_rows, known_rows[:1], known_rows[:0]
-    polish(chain, polished, table[FORM, INVERSE_REACH], most, int(table[POLISH, STEPS]), scratch)
+    polish(chain, polished, table[FORM, INVERSE_REACH], max_error, int(table[POLISH, STEPS]), scratch)
     return True
 
 

@@ -8,10 +8,10 @@ from ulna.engine.signatures import MATRICES, MATRIX, NUMBER, NUMBERS, TABLE, TRU
 from ulna.ik.entries.branch_rows import (
     N_AXES,
     branch_state,
+    move_to_limits,
     polish_branches,
     polish_seed,
     polish_state,
-    put_at_limits,
     write_free_angles,
     write_seed,
 )
@@ -24,7 +24,7 @@ from ulna.kernels.chain.closed_form_layout import (
     N_BRANCHES,
     N_KNOWN,
 )
-from ulna.kernels.chain.closed_form_rows import known_in_one, proof_of, proof_of_lanes
+from ulna.kernels.chain.closed_form_rows import proof_of, proof_of_lanes, properties_in_one
 from ulna.kernels.chain.poses import chain_pose
 from ulna.kernels.ik.damped_system import error_squares, pose_error
 from ulna.kernels.ik.levenberg_marquardt import HAS_FAILED, HAS_SOLVED, N_STATE
@@ -70,7 +70,9 @@ def all_branches(table, chain, plan, targets, seeds, q_out, known, proof):
         write_branches(table, chain, n_signs, rows, scratch, best, with_bounds)
         good &= write_proof(known_rows, targets, start, proof)
         for branch in range(N_BRANCHES):
-            store(known_rows, branch, known_in_one(known_rows, branch))  # the flags of earlier branches are already in one number
+            store(
+                known_rows, branch, properties_in_one(known_rows, branch)
+            )  # the flags of earlier branches are already in one number
             if with_bounds:
                 turn_within(q_rows[N_AXES * branch : N_AXES * (branch + 1)], known_rows, branch, seed_rows, bound_rows)
         scatter_rows(q_rows, N_BRANCHES * N_AXES, q_out, start)
@@ -100,7 +102,7 @@ def all_branches_of_one(table, chain, plan, seed, target, q_out, truths):
     n_signs = q_out.shape[0] // N_BRANCHES  # 1; see ``all_branches``
     write_branches(table, chain, n_signs, rows, scratch, best, with_bounds=True)
     proved = proof_of_lanes(known_rows)
-    store(known_rows, 0, known_in_one(known_rows, 0))
+    store(known_rows, 0, properties_in_one(known_rows, 0))
     turn_within(q_rows, known_rows, 0, seed_rows, bound_rows)
     for branch in range(N_BRANCHES):
         known = int(known_rows[0, branch])
@@ -117,7 +119,7 @@ def write_branches(table, chain, n_signs, rows, scratch, best, with_bounds):
     closed_form(table, target_rows, sign_rows, n_signs, free_rows, q_rows, known_rows)
     polish_branches(table, chain, rows, scratch)
     if with_bounds and is_any_hardly_beyond(q_rows, known_rows, best[1]):
-        put_at_limits(table, chain, rows, scratch, (best[0], best[1]), (best[5], best[6]))
+        move_to_limits(table, chain, rows, scratch, (best[0], best[1]), (best[5], best[6]))
 
 
 @kernel
@@ -192,7 +194,7 @@ def run_targets(table, chain, plan, targets, seeds, q_out, info):
         nearest_branch(rows[3], rows[4], best[0], best[1], best[2], best[3])
         verify(chain, plan, rows[2], best[2], best[3], best[4])
         for lane in range(WIDTH if step > 1 else 1):
-            i, chosen = min(start + lane, n - 1), lane if step > 1 else least_lane(best[3])
+            i, chosen = min(start + lane, n - 1), lane if step > 1 else lowest_cost_lane(best[3])
             write_result((best[2], rows[2], best[4]), chosen, 0, i, q_out, info)
             if not (rigidity_defect(targets[i]) <= LARGEST_DEFECT and all_in_range(seeds[min(i, seeds.shape[0] - 1)])):
                 info[i].status = NOT_A_POSE
@@ -242,10 +244,10 @@ def verify(chain, plan, target_rows, q_rows, cost_rows, state_rows):
 
 
 @kernel
-def least_lane(cost_rows):
+def lowest_cost_lane(cost_rows):
     """The lane with the minimum cost."""
-    least = 0
+    lane_of_minimum = 0
     for lane in range(1, WIDTH):
-        if cost_rows[0, lane] < cost_rows[0, least]:
-            least = lane
-    return least
+        if cost_rows[0, lane] < cost_rows[0, lane_of_minimum]:
+            lane_of_minimum = lane
+    return lane_of_minimum

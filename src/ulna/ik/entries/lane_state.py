@@ -101,7 +101,7 @@ def write_result(rows, lane, start, row, q_out, info):
     found = info[row]
     found.status = SOLVED if state_rows[ENDED, lane] == HAS_SOLVED else NOT_FOUND
     found.iterations, found.start, found.damping = int(state_rows[TAKEN, lane]) - 1, start, state_rows[LAMBDA, lane]
-    found.missed = state_rows[P2, lane] + state_rows[R2, lane]
+    found.residual_square = state_rows[P2, lane] + state_rows[R2, lane]
     found.position_error = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2])
     found.rotation_error = sqrt(e[3] * e[3] + e[4] * e[4] + e[5] * e[5])
     for k in range(3):

@@ -95,7 +95,7 @@ class PoseSearch:
         """A search before its first round."""
         n, n_dof = len(problem.targets), problem.query.tree.n_dof
         info = np.zeros(n, SearchResult.structure)
-        info["status"], info["missed"] = layout.NOT_FOUND, np.inf
+        info["status"], info["residual_square"] = layout.NOT_FOUND, np.inf
         return cls(problem, cost, np.zeros((n, n_dof)), info, np.ones(n, dtype=bool), np.zeros(n, dtype=bool))
 
     def run(self, part: Restart) -> None:
@@ -119,7 +119,7 @@ class PoseSearch:
         q, info = run_starts(replace(each, seeds=seeds), np.arange(m * k), part)
         q, info = q.reshape(m, k, n_dof), info.reshape(m, k)
         info["start"] = np.arange(k)
-        info["missed"][info["status"] != layout.SOLVED] = np.inf
+        info["residual_square"][info["status"] != layout.SOLVED] = np.inf
         for row in np.flatnonzero(self.keep(order, q, info, part)):
             self.origins[int(order[row])] = seeds[row * k + int(self.info["start"][order[row]])]
 
@@ -129,13 +129,13 @@ class PoseSearch:
         costs, acceptable = np.full(solved.shape, np.inf), solved.copy()
         costs[solved], acceptable[solved] = self._costs(order[solved.nonzero()[0]], q[solved])
         self._note_rejected(order, q, info, solved & ~acceptable)
-        chosen = np.where(acceptable.any(axis=1), costs.argmin(axis=1), info["missed"].argmin(axis=1))
+        chosen = np.where(acceptable.any(axis=1), costs.argmin(axis=1), info["residual_square"].argmin(axis=1))
         row = np.arange(len(order))
         q, info, accepted = q[row, chosen], info[row, chosen], costs[row, chosen] < self._costs_now(order)
         info["status"][~accepted & (info["status"] == layout.SOLVED)] = layout.NOT_FOUND
         info["start"] += part.first + (not part.from_seed)
         was_solved = self.info["status"][order] == layout.SOLVED
-        is_better = accepted | (~was_solved & ~(info["missed"] >= self.info["missed"][order]))
+        is_better = accepted | (~was_solved & ~(info["residual_square"] >= self.info["residual_square"][order]))
         self.q[order[is_better]], self.info[order[is_better]] = q[is_better], info[is_better]
         self.with_posture[order[is_better]] = part.with_posture
         self.open[order[accepted | (info["status"] == layout.NOT_A_POSE)]] = False

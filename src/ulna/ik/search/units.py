@@ -59,7 +59,7 @@ def in_unit(problem: Problem, unit: float) -> Problem:
         problem.settings,
         position_tolerance=meters.position_tolerance / unit,
         slack=meters.slack / np.repeat((unit, 1.0), 3),
-        far=meters.far / (unit * unit),
+        max_square=meters.max_square / (unit * unit),
     )
     with np.errstate(over="ignore"):  # a limit of 1e308 means unlimited
         changed = {name: getattr(problem, name) / slides for name in ("seeds", "bounds", "posture")}
@@ -67,7 +67,7 @@ def in_unit(problem: Problem, unit: float) -> Problem:
 
 
 def in_meters(problem: Problem, unit: float, q: Array, info: Results) -> None:
-    """Convert the result of a search in a unit to meters, in place: q (..., n_dof), info (...) except ``missed``."""
+    """Convert the result of a search in a unit to meters, in place: q (..., n_dof), info (...) except ``residual_square``."""
     q *= _slide_units(problem, unit)
     info["position_error"] *= unit
     info["residual"][..., :3] *= unit

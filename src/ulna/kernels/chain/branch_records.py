@@ -18,14 +18,14 @@ class Branches(NamedTuple):
     """N_KNOWN rows a branch: its residual and accuracy, output."""
 
 
-class Sure(NamedTuple):
+class Accuracy(NamedTuple):
     """The residual and accuracy of a branch before its last angles are computed (``chain.accuracy``)."""
 
-    missed: Any
+    residual_square: Any
     """The square of the residual up to here."""
-    near: Any
-    """The product of a^2 apart over the angles up to here."""
-    sure: Any
-    """The minimum of a^4 over the angles."""
-    apart: Any
+    conditioning: Any
+    """The product of a^2 times the separation over the angles up to here."""
+    determination: Any
+    """The minimum of a^4 over the angles, with a the amplitude of an angle's equation."""
+    separation: Any
     """The minimum over the angles of the discriminant as a share of a^2."""

@@ -69,7 +69,7 @@ def end_motion(table, target):
     share = table[FORM, INVERSE_REACH]
     x, y, z, o = tabled(table, FRAME), tabled(table, FRAME + 1), tabled(table, FRAME + 2), tabled(table, FRAME + 3)
     frame = x[0], y[0], z[0], o[0], x[1], y[1], z[1], o[1], x[2], y[2], z[2], o[2]
-    a = made_rigid(target)
+    a = make_rigid(target)
     a = a[0], a[1], a[2], a[3] * share, a[4], a[5], a[6], a[7] * share, a[8], a[9], a[10], a[11] * share
     a = compose(a, frame)
     if table[FORM, REVERSED] != 0.0:
@@ -88,13 +88,13 @@ def inverted(a):
 
 
 @kernel
-def made_rigid(a):
+def make_rigid(a):
     """A pose whose rotation is exact up to rounding; the given rotation has an error of at most LARGEST_DEFECT."""
     b, square = nearer_rotation(a)
-    far = square > _ONCE
-    if any_lane(far):
+    is_far = square > _ONCE
+    if any_lane(is_far):
         c, _ = nearer_rotation(b)
-        x, y, z = chosen(far, x_axis(c), x_axis(b)), chosen(far, y_axis(c), y_axis(b)), chosen(far, z_axis(c), z_axis(b))
+        x, y, z = chosen(is_far, x_axis(c), x_axis(b)), chosen(is_far, y_axis(c), y_axis(b)), chosen(is_far, z_axis(c), z_axis(b))
         return x[0], y[0], z[0], a[3], x[1], y[1], z[1], a[7], x[2], y[2], z[2], a[11]
     return b
 

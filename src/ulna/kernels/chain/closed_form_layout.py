@@ -38,7 +38,7 @@ OFFSET_HAND, ANY_THREE_AXES = 12, 13
 N_BRANCHES = 8
 # Properties of a branch: its residual as a share of the reach or in radians; the accuracy of its least determined angle; the
 # distance of its nearest pair of roots, as a signed square (``accuracy``), negative for a complex pair.
-RESIDUAL, DETERMINED, APART = 0, 1, 2
+RESIDUAL, DETERMINED, SEPARATION = 0, 1, 2
 N_KNOWN = 3
 # The same in one number, as a sum of these flags.
 IS_REAL, IS_HARDLY_DETERMINED, IS_COINCIDING, IS_WITHIN = 1, 2, 4, 8  # real; ...; within bounds
@@ -47,11 +47,11 @@ COMPLETE, COINCIDE, CONTINUUM, UNPROVED = 0, 1, 2, 3
 REACHED = 1e-9  # maximum RESIDUAL of a branch
 ENOUGH = 1e-12  # RESIDUAL below which a step of ``polish`` is not worth its time
 # A joint is at its limit if it exceeds the limit by at most the first [rad, or a share of the reach if prismatic]. Beyond the
-# second it is not, however inaccurate its angle is (``put_at_limits``).
+# second it is not, however inaccurate its angle is (``move_to_limits``).
 AT_LIMIT, HARDLY_BEYOND = 1e-9, 1e-3
 N_BOUNDS = 5  # numbers that bound each joint (``nearest_branch``)
 # Thresholds of DETERMINED, the fourth power of a sine or of a share of the reach: below the first an angle is undetermined;
 # below the second possibly so, since the rounding of other angles may have made it that large.
 UNDETERMINED, HARDLY_DETERMINED = 1e-44, 1e-36
-# Thresholds of APART, the fourth power of the sine of half an angle: one solution, and a certainly complex pair.
+# Thresholds of SEPARATION, the fourth power of the sine of half an angle: one solution, and a certainly complex pair.
 COINCIDING, COMPLEX = 1e-24, -1e-16

@@ -7,7 +7,6 @@ two coordinates there. A matrix is a tuple of three rows.
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, sqrt, store, where
 from ulna.kernels.chain.closed_form_layout import (
-    APART,
     AXES,
     COINCIDE,
     COINCIDING,
@@ -26,6 +25,7 @@ from ulna.kernels.chain.closed_form_layout import (
     OF_6,
     REACHED,
     RESIDUAL,
+    SEPARATION,
     SIGNS,
     UNPROVED,
 )
@@ -45,14 +45,14 @@ def in_frame(table, normals, i, v):
 
 
 @kernel
-def turned(angle, v):
+def rotate_in_frame(angle, v):
     """A vector in the frame of an axis, rotated about the axis by an angle."""
     s, c = angle
     return c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
 
 
 @kernel
-def turned_back(angle, v):
+def rotate_back_in_frame(angle, v):
     """A vector in the frame of an axis, rotated about the axis by the opposite angle."""
     s, c = angle
     return c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
@@ -100,27 +100,27 @@ def free_angle(free_rows, j):
 
 
 @kernel
-def put(table, q_rows, branch, j, angle):
+def store_angle(table, q_rows, branch, j, angle):
     """Write the angle about axis j to its entry of q."""
     store(q_rows, 6 * branch + int(table[COLUMNS + j // 3, j % 3]), angle * table[SIGNS + j // 3, j % 3])
 
 
 @kernel
-def put_known(known_rows, branch, square, sure, apart):
+def store_properties(known_rows, branch, square, determination, separation):
     """Write the properties of a branch; ``square`` is the square of the residual."""
     row = N_KNOWN * branch
     store(known_rows, row + RESIDUAL, sqrt(square))
-    store(known_rows, row + DETERMINED, sure)
-    store(known_rows, row + APART, apart)
+    store(known_rows, row + DETERMINED, determination)
+    store(known_rows, row + SEPARATION, separation)
 
 
 @kernel
-def known_in_one(known_rows, branch):
+def properties_in_one(known_rows, branch):
     """The properties of a branch, as a sum of flags (``closed_form_layout``)."""
     row = N_KNOWN * branch
     real = load(known_rows, row + RESIDUAL) <= REACHED
     hardly = where(is_in_doubt(known_rows, row), IS_HARDLY_DETERMINED * 1.0, 0.0)
-    coincide = where(load(known_rows, row + APART) <= COINCIDING, IS_COINCIDING * 1.0, 0.0)
+    coincide = where(load(known_rows, row + SEPARATION) <= COINCIDING, IS_COINCIDING * 1.0, 0.0)
     return where(real, IS_REAL * 1.0, 0.0) + hardly + coincide
 
 
@@ -130,15 +130,15 @@ def is_in_doubt(known_rows, row):
 
     Either they are hardly determined, or the target is missed and no pair of roots is certainly complex.
     """
-    apart, missed = load(known_rows, row + APART), load(known_rows, row + RESIDUAL) > REACHED
-    return (load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED) | (missed & (apart >= COMPLEX))
+    separation, is_missed = load(known_rows, row + SEPARATION), load(known_rows, row + RESIDUAL) > REACHED
+    return (load(known_rows, row + DETERMINED) <= HARDLY_DETERMINED) | (is_missed & (separation >= COMPLEX))
 
 
 @kernel
 def doubts(known_rows, row):
     """Masks for a branch: real with an undetermined angle; an undetermined angle; coinciding with another branch."""
     real, hardly = load(known_rows, row + RESIDUAL) <= REACHED, is_in_doubt(known_rows, row)
-    return real & hardly, hardly, real & (load(known_rows, row + APART) <= COINCIDING)
+    return real & hardly, hardly, real & (load(known_rows, row + SEPARATION) <= COINCIDING)
 
 
 @kernel
@@ -161,8 +161,8 @@ def proof_of(known_rows):
     like = load(known_rows, RESIDUAL)
     free_real, free, coincide = 0.0 * like, 0.0 * like, 0.0 * like
     for branch in range(known_rows.shape[0] // N_KNOWN):
-        of_it = doubts(known_rows, N_KNOWN * branch)
-        free_real, free = where(of_it[0], 1.0, free_real), where(of_it[1], 1.0, free)
-        coincide = where(of_it[2], 1.0, coincide)
-    some = where(coincide > 0.0, COINCIDE * 1.0, COMPLETE * 1.0)
-    return where(free_real > 0.0, CONTINUUM * 1.0, where(free > 0.0, UNPROVED * 1.0, some))
+        doubts_of_branch = doubts(known_rows, N_KNOWN * branch)
+        free_real, free = where(doubts_of_branch[0], 1.0, free_real), where(doubts_of_branch[1], 1.0, free)
+        coincide = where(doubts_of_branch[2], 1.0, coincide)
+    finite = where(coincide > 0.0, COINCIDE * 1.0, COMPLETE * 1.0)
+    return where(free_real > 0.0, CONTINUUM * 1.0, where(free > 0.0, UNPROVED * 1.0, finite))

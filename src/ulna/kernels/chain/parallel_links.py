@@ -9,10 +9,26 @@ sources given there.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
-from ulna.kernels.chain.branch_records import Sure
+from ulna.kernels.chain.accuracy import (
+    DOUBLE,
+    accuracy,
+    base_conditioning,
+    compared_determination,
+    next_conditioning,
+    worse_separation,
+)
+from ulna.kernels.chain.branch_records import Accuracy
 from ulna.kernels.chain.closed_form_layout import AXES, NORMALS, OF_2, OF_4, POINTS
-from ulna.kernels.chain.closed_form_rows import by_columns, end_frame, free_angle, in_frame, put, put_known, tabled, turned
+from ulna.kernels.chain.closed_form_rows import (
+    by_columns,
+    end_frame,
+    free_angle,
+    in_frame,
+    rotate_in_frame,
+    store_angle,
+    store_properties,
+    tabled,
+)
 from ulna.kernels.chain.spherical_wrist import outer_angles, wrist
 from ulna.kernels.chain.subproblems import angle_onto_in_frame, angles_to_sphere_in_frame, one_of_two, turn, wrapped
 from ulna.kernels.spatial.elementary import full_circle_angle, minimum
@@ -20,7 +36,7 @@ from ulna.kernels.spatial.vectors import dot, minus, plus
 
 
 @kernel
-def behind_first(table, first, p, last):
+def outer_links(table, first, p, last):
     """v, and the matrix F' R_1' R F_6 from the columns of R F_6."""
     h1, n2, w2 = tabled(table, AXES), tabled(table, NORMALS + OF_2), tabled(table, NORMALS + OF_2 + 1)
     r = turn(h1, first, n2), turn(h1, first, w2), turn(h1, first, tabled(table, AXES + 1))
@@ -43,12 +59,12 @@ def elbow_angles(two, three, v, free):
 @kernel
 def shoulder_angle(two, three, third, v, free):
     """v = R_2 (two + R_3 three): q_2, its determination, and the squared length of the error."""
-    moved = turned(third, three)
+    moved = rotate_in_frame(third, three)
     bent = two[0] + moved[0], two[1] + moved[1], 0.0
-    second, sure = angle_onto_in_frame(bent, v, free)
-    reached = turned(second, bent)
+    second, determination = angle_onto_in_frame(bent, v, free)
+    reached = rotate_in_frame(second, bent)
     x, y = reached[0] - v[0], reached[1] - v[1]
-    return second, sure, x * x + y * y
+    return second, determination, x * x + y * y
 
 
 @kernel
@@ -64,22 +80,28 @@ def links(table, both, v, angles, row, branches, known):
 
     both: two and three. v: Without the part behind joint 4. known: ``branch_records.Sure``.
     """
-    (two, three), (missed, near, sure, apart) = both, known
+    (two, three), (residual_square, conditioning, determination, separation) = both, known
     sign_rows, n, free_rows, q_rows, known_rows = branches
-    thirds, sure_3, apart_3 = elbow_angles(two, three, v, free_angle(free_rows, 2))
-    near_3, sure_3, apart_3 = accuracy(near, sure_3, apart_3, DOUBLE)
-    least, nearest = minimum(sure, sure_3), worse(apart, apart_3)
+    thirds, determination_3, separation_3 = elbow_angles(two, three, v, free_angle(free_rows, 2))
+    conditioning_3, determination_3, separation_3 = accuracy(conditioning, determination_3, separation_3, DOUBLE)
+    least, nearest = minimum(determination, determination_3), worse_separation(separation, separation_3)
     for k in range(n):
         third = one_of_two(thirds, load(sign_rows, 2 * n + k))
-        second, sure_2, off = shoulder_angle(two, three, third, v, free_angle(free_rows, 1))
+        second, determination_2, off = shoulder_angle(two, three, third, v, free_angle(free_rows, 1))
         q_second, q_third = full_circle_angle(second[0], second[1]), full_circle_angle(third[0], third[1])
-        put(table, q_rows, row + k, 0, angles[0])
-        put(table, q_rows, row + k, 1, q_second)
-        put(table, q_rows, row + k, 2, q_third)
-        put(table, q_rows, row + k, 3, wrapped(angles[3] - q_second - q_third))
-        put(table, q_rows, row + k, 4, angles[1])
-        put(table, q_rows, row + k, 5, angles[2])
-        put_known(known_rows, row + k, missed + off, minimum(least, sure_behind(near_3, sure_2)), nearest)
+        store_angle(table, q_rows, row + k, 0, angles[0])
+        store_angle(table, q_rows, row + k, 1, q_second)
+        store_angle(table, q_rows, row + k, 2, q_third)
+        store_angle(table, q_rows, row + k, 3, wrapped(angles[3] - q_second - q_third))
+        store_angle(table, q_rows, row + k, 4, angles[1])
+        store_angle(table, q_rows, row + k, 5, angles[2])
+        store_properties(
+            known_rows,
+            row + k,
+            residual_square + off,
+            minimum(least, compared_determination(conditioning_3, determination_2)),
+            nearest,
+        )
 
 
 @kernel
@@ -88,25 +110,28 @@ def parallel_wrist(table, motion, p, branches):
     sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     last, (two, three), onward = end_frame(table, motion), two_links(table), to_wrist(table)
     behind = dot(tabled(table, AXES + 1), plus(tabled(table, POINTS + 2), tabled(table, POINTS + 3)))
-    firsts, sure_1, apart_1 = outer_angles(table, p, free_rows)
-    near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
+    firsts, determination_1, separation_1 = outer_angles(table, p, free_rows)
+    conditioning_1, determination_1, separation_1 = accuracy(base_conditioning(table), determination_1, separation_1, DOUBLE)
     for i in range(n):
         first = one_of_two(firsts, load(sign_rows, i))
-        v, turned_to = behind_first(table, first, p, last)
+        v, turned_to = outer_links(table, first, p, last)
         off = v[2] - behind
-        thirds, sure_3, apart_3 = elbow_angles(two, three, v, free_angle(free_rows, 2))
-        near_3, sure_3, apart_3 = accuracy(near_1, sure_3, apart_3, DOUBLE)
-        sure_3, apart_3 = minimum(sure_1, sure_3), minimum(apart_1, apart_3)
+        thirds, determination_3, separation_3 = elbow_angles(two, three, v, free_angle(free_rows, 2))
+        conditioning_3, determination_3, separation_3 = accuracy(conditioning_1, determination_3, separation_3, DOUBLE)
+        determination_3, separation_3 = minimum(determination_1, determination_3), minimum(separation_1, separation_3)
         q_first = full_circle_angle(first[0], first[1])
         for j in range(n):
             third = one_of_two(thirds, load(sign_rows, n + j))
-            second, sure_2, missed = shoulder_angle(two, three, third, v, free_angle(free_rows, 1))
+            second, determination_2, residual_square = shoulder_angle(two, three, third, v, free_angle(free_rows, 1))
             angles = q_first, full_circle_angle(second[0], second[1]), full_circle_angle(third[0], third[1])
             both = second[0] * third[1] + second[1] * third[0], second[1] * third[1] - second[0] * third[0]
             whole = in_wrist(onward, both, turned_to)
-            near, sure = near_behind(near_3, sure_2), minimum(sure_3, sure_behind(near_3, sure_2))
-            row, missed = (i * n + j) * n, missed + off * off
-            wrist(table, whole, angles, row, branches, Sure(missed, near, sure, apart_3))
+            conditioning, determination = (
+                next_conditioning(conditioning_3, determination_2),
+                minimum(determination_3, compared_determination(conditioning_3, determination_2)),
+            )
+            row, residual_square = (i * n + j) * n, residual_square + off * off
+            wrist(table, whole, angles, row, branches, Accuracy(residual_square, conditioning, determination, separation_3))
 
 
 @kernel

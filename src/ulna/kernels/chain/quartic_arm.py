@@ -12,12 +12,12 @@ the sines and cosines of q_1 and of one other angle: a pair of circles (``two_ci
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
-from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, near_base, near_behind, sure_behind
-from ulna.kernels.chain.branch_records import Sure
+from ulna.kernels.chain.accuracy import DOUBLE_OF_QUARTIC, accuracy, base_conditioning, compared_determination, next_conditioning
+from ulna.kernels.chain.branch_records import Accuracy
 from ulna.kernels.chain.closed_form_layout import AXES, HARDLY_DETERMINED, OF_2, POINTS
-from ulna.kernels.chain.closed_form_rows import end_frame, free_angle, in_frame, tabled, turned
-from ulna.kernels.chain.parallel_links import behind_first, four_angles, links, two_links
-from ulna.kernels.chain.spherical_wrist import behind_arm, position_square, wrist
+from ulna.kernels.chain.closed_form_rows import end_frame, free_angle, in_frame, rotate_in_frame, tabled
+from ulna.kernels.chain.parallel_links import four_angles, links, outer_links, two_links
+from ulna.kernels.chain.spherical_wrist import position_square, wrist, wrist_matrix
 from ulna.kernels.chain.subproblems import angle_onto, reversed_vector, turn, turn_back
 from ulna.kernels.chain.three_parallel import hand
 from ulna.kernels.chain.two_circles import angle_of_pair, other_of_pair, passing, pencil
@@ -26,7 +26,7 @@ from ulna.kernels.spatial.vectors import cross, dot, minus, plus, rotate
 
 _ROWS_OFF = 1e-12  # error of two rows: the axes of an exact form may miss by that
 _ROUNDING = 1e-15  # of the squares of u and B
-_COMPLEX, _IN_DOUBT = -1.0, -1e-40  # values of ``apart`` for a pair that is not real (``accuracy``)
+_COMPLEX, _IN_DOUBT = -1.0, -1e-40  # values of ``separation`` for a pair that is not real (``accuracy``)
 
 
 @kernel
@@ -61,26 +61,26 @@ def square_of_size(u, v):
 
 
 @kernel
-def first_of_circles(near, p, u, b_1, b_2, inverse):
-    """``near`` for y = u - B x, the pencil, and masks of its lines that surely miss the circle.
+def first_of_circles(conditioning, p, u, b_1, b_2, inverse):
+    """``conditioning`` for y = u - B x, the pencil, and masks of its lines that surely miss the circle.
 
     The error of u and B is |L^-1| times that of the two rows. The error of y is up to |B| times that of x.
     """
     of_b = square_of_size(b_1, b_2)
     axes, form, lines, size = pencil(u, b_1, b_2)
-    rows = _ROWS_OFF * (1.0 + dot(p, p)) * sqrt(inverse / near)
+    rows = _ROWS_OFF * (1.0 + dot(p, p)) * sqrt(inverse / conditioning)
     off = (rows + _ROUNDING * (1.0 + of_b + square_of_size(u, u))) / size
-    return 0.1 * near / (1.0 + of_b), (axes, form, lines, size), passing(form, lines, off)
+    return 0.1 * conditioning / (1.0 + of_b), (axes, form, lines, size), passing(form, lines, off)
 
 
 @kernel
-def one_of_pencil(near, both, passing_lines, line, sign, free):
-    """An angle of the first circle, ``near`` after it, its determination, and the compared value of ``apart``."""
+def one_of_pencil(conditioning, both, passing_lines, line, sign, free):
+    """An angle of the first circle, ``conditioning`` after it, its determination, and the compared value of ``separation``."""
     axes, form, lines, size = both
-    angle, sure, slope, is_root = angle_of_pair(axes, form, lines, size, line, sign, free)
-    near, sure, apart = accuracy(near, sure, slope, DOUBLE_OF_QUARTIC)
+    angle, determination, slope, is_root = angle_of_pair(axes, form, lines, size, line, sign, free)
+    conditioning, determination, separation = accuracy(conditioning, determination, slope, DOUBLE_OF_QUARTIC)
     passes = ((line > 0.0) & passing_lines[0]) | ((line < 0.0) & passing_lines[1])
-    return angle, near, sure, where(is_root, apart, where(passes, _COMPLEX, _IN_DOUBT))
+    return angle, conditioning, determination, where(is_root, separation, where(passes, _COMPLEX, _IN_DOUBT))
 
 
 @kernel
@@ -95,20 +95,24 @@ def offset_hand(table, motion, p, branches):
     ahead = parts(h2, back, p)
     ahead = ahead[0] - dot(h2, p1) - behind, ahead[1], ahead[2]
     u, b_1, b_2, inverse = circles(ahead, parts(h2, back, rotate(motion, h6)), parts(h2, h5, p5), parts(h2, h5, h6))
-    near_0, both, passing_lines = first_of_circles(near_base(table), p, u, b_1, b_2, inverse)
+    conditioning_0, both, passing_lines = first_of_circles(base_conditioning(table), p, u, b_1, b_2, inverse)
     for i in range(n):
         for j in range(n):
             line, sign = load(sign_rows, i), load(sign_rows, n + j)
-            first, near_1, sure_1, apart = one_of_pencil(near_0, both, passing_lines, line, sign, free_angle(free_rows, 0))
+            first, conditioning_1, determination_1, separation = one_of_pencil(
+                conditioning_0, both, passing_lines, line, sign, free_angle(free_rows, 0)
+            )
             fifth = other_of_pair(u, b_1, b_2, first)
-            v, whole = behind_first(table, first, p, last)
+            v, whole = outer_links(table, first, p, last)
             reach = in_frame(table, OF_2, 1, plus(p4, turn(h5, fifth, p5)))
             # At a singular hand the quartic has a double root.
-            bend, sixth, missed, sure, near = hand(table, whole, v, reach, fifth, (near_1, HARDLY_DETERMINED), free_rows)
+            bend, sixth, residual_square, determination, conditioning = hand(
+                table, whole, v, reach, fifth, (conditioning_1, HARDLY_DETERMINED), free_rows
+            )
             angles = four_angles(first, fifth, sixth, bend)
-            rest, row = minus(v, turned(bend, reach)), (i * n + j) * n
+            rest, row = minus(v, rotate_in_frame(bend, reach)), (i * n + j) * n
             off = v[2] - reach[2] - dot(h2, plus(p2, p3))
-            known = Sure(missed + off * off, near, minimum(sure_1, sure), apart)
+            known = Accuracy(residual_square + off * off, conditioning, minimum(determination_1, determination), separation)
             links(table, links_of_arm, rest, angles, row, branches, known)
 
 
@@ -124,20 +128,28 @@ def any_three_axes(table, motion, p, branches):
     length = half - length[0], -length[1], -length[2]
     ahead = ahead[0] - dot(h2, plus(p1, p2)), ahead[1], ahead[2]
     u, b_1, b_2, inverse = circles(length, ahead, parts(p2, h3, p3), parts(h2, h3, p3))
-    near_0, both, passing_lines = first_of_circles(near_base(table), p, u, b_1, b_2, inverse)
+    conditioning_0, both, passing_lines = first_of_circles(base_conditioning(table), p, u, b_1, b_2, inverse)
     for i in range(n):
         for j in range(n):
             line, sign = load(sign_rows, i), load(sign_rows, n + j)
-            first, near_1, sure, apart = one_of_pencil(near_0, both, passing_lines, line, sign, free_angle(free_rows, 0))
+            first, conditioning_1, determination, separation = one_of_pencil(
+                conditioning_0, both, passing_lines, line, sign, free_angle(free_rows, 0)
+            )
             third = other_of_pair(u, b_1, b_2, first)
             v, bent = minus(turn_back(h1, first, p), p1), plus(p2, turn(h3, third, p3))
-            second, sure_2 = angle_onto(bent, v, h2, free_angle(free_rows, 1))
-            near, sure_2 = near_behind(near_1, sure_2), sure_behind(near_1, sure_2)
-            missed, sure = position_square(table, p, first, second, third), minimum(sure, sure_2)
-            whole, row = behind_arm(table, first, second, third, last), (i * n + j) * n
+            second, determination_2 = angle_onto(bent, v, h2, free_angle(free_rows, 1))
+            conditioning, determination_2 = (
+                next_conditioning(conditioning_1, determination_2),
+                compared_determination(conditioning_1, determination_2),
+            )
+            residual_square, determination = (
+                position_square(table, p, first, second, third),
+                minimum(determination, determination_2),
+            )
+            whole, row = wrist_matrix(table, first, second, third, last), (i * n + j) * n
             angles = (
                 full_circle_angle(first[0], first[1]),
                 full_circle_angle(second[0], second[1]),
                 full_circle_angle(third[0], third[1]),
             )
-            wrist(table, whole, angles, row, branches, Sure(missed, near, sure, apart))
+            wrist(table, whole, angles, row, branches, Accuracy(residual_square, conditioning, determination, separation))

@@ -16,8 +16,8 @@ If an equation is linear, the sign that chooses among its solutions must be 1.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load, sqrt, where
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
-from ulna.kernels.chain.branch_records import Sure
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, base_conditioning, compared_determination, next_conditioning
+from ulna.kernels.chain.branch_records import Accuracy
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     FAMILY,
@@ -35,7 +35,7 @@ from ulna.kernels.chain.closed_form_layout import (
     TURN_SLIDES,
 )
 from ulna.kernels.chain.closed_form_rows import end_frame, free_angle, tabled
-from ulna.kernels.chain.spherical_wrist import behind_arm, inner_angles, other_angle, wrist
+from ulna.kernels.chain.spherical_wrist import inner_angles, other_angle, wrist, wrist_matrix
 from ulna.kernels.chain.subproblems import angles_to_plane, one_of_two, reversed_vector, turn, turn_back
 from ulna.kernels.spatial.elementary import full_circle_angle, maximum, minimum
 from ulna.kernels.spatial.vectors import add_scaled, cross, dot, minus, plus
@@ -50,13 +50,15 @@ def sliding_arm(table, motion, p, branches):
     last, sign_rows, n, free_rows = end_frame(table, motion), branches.sign_rows, branches.n, branches.free_rows
     for i in range(n):
         for j in range(n):
-            joints, missed, sure, apart, near = first_joints(table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows)
+            joints, residual_square, determination, separation, conditioning = first_joints(
+                table, p, load(sign_rows, i), load(sign_rows, n + j), free_rows
+            )
             first, second, third = joints
-            apart = where(missed > 0.0, -1.0, apart)  # if a sign has no choice, its second branch is invalid
-            missed = missed + position_square(table, p, first, second, third)
-            whole, row = behind_arm(table, first[:2], second[:2], third[:2], last), (i * n + j) * n
+            separation = where(residual_square > 0.0, -1.0, separation)  # if a sign has no choice, its second branch is invalid
+            residual_square = residual_square + position_square(table, p, first, second, third)
+            whole, row = wrist_matrix(table, first[:2], second[:2], third[:2], last), (i * n + j) * n
             angles = joint_value(first), joint_value(second), joint_value(third)
-            wrist(table, whole, angles, row, branches, Sure(missed, near, sure, apart))
+            wrist(table, whole, angles, row, branches, Accuracy(residual_square, conditioning, determination, separation))
 
 
 @kernel
@@ -66,19 +68,19 @@ def joint_value(joint):
 
 
 @kernel
-def turned(angle, like):
+def revolute_joint(angle, like):
     """A revolute joint: the sine and cosine of its angle, and the length 0."""
     return angle[0], angle[1], 0.0 * like
 
 
 @kernel
-def slid(way):
+def prismatic_joint(way):
     """A prismatic joint: the sine and cosine of the angle 0, and its length."""
     return 0.0 * way, 0.0 * way + 1.0, way
 
 
 @kernel
-def moved(h, joint, v):
+def apply_joint(h, joint, v):
     """M v."""
     return add_scaled(turn(h, (joint[0], joint[1]), v), joint[2], h)
 
@@ -86,14 +88,14 @@ def moved(h, joint, v):
 @kernel
 def position_square(table, p, first, second, third):
     """The squared error of p by the joints."""
-    v = plus(tabled(table, POINTS + 2), moved(tabled(table, AXES + 2), third, tabled(table, POINTS + 3)))
-    v = plus(tabled(table, POINTS + 1), moved(tabled(table, AXES + 1), second, v))
-    e = minus(moved(tabled(table, AXES), first, v), p)
+    v = plus(tabled(table, POINTS + 2), apply_joint(tabled(table, AXES + 2), third, tabled(table, POINTS + 3)))
+    v = plus(tabled(table, POINTS + 1), apply_joint(tabled(table, AXES + 1), second, v))
+    e = minus(apply_joint(tabled(table, AXES), first, v), p)
     return dot(e, e)
 
 
 @kernel
-def way_to_sphere(u, h, square, sign):
+def length_to_sphere(u, h, square, sign):
     """One of the two lengths for which |u + way h|^2 is ``square``; and the discriminant."""
     b = dot(u, h)
     discriminant = b * b - dot(u, u) + square
@@ -101,7 +103,7 @@ def way_to_sphere(u, h, square, sign):
 
 
 @kernel
-def ways_in_plane(w, h, k):
+def lengths_in_plane(w, h, k):
     """The lengths a and b for which a h + b k is nearest to w."""
     n = cross(h, k)
     r = 1.0 / dot(n, n)
@@ -109,23 +111,29 @@ def ways_in_plane(w, h, k):
 
 
 @kernel
-def inner_pair(table, family, p, v, near, sign, free_rows):
-    """The two angles of ``spherical_wrist.inner_angles`` and ``other_angle``, their accuracy, and ``near`` after them.
+def inner_pair(table, family, p, v, conditioning, sign, free_rows):
+    """The two angles of ``spherical_wrist.inner_angles`` and ``other_angle``, their accuracy, and ``conditioning`` after them.
 
     The accuracy is the determination and the distance of the roots.
     """
-    both, sure, apart = inner_angles(table, family, p, v, free_rows)
+    both, determination, separation = inner_angles(table, family, p, v, free_rows)
     inner = one_of_two(both, sign)
     other, size = other_angle(table, family, p, v, inner, free_rows)
-    near, sure, apart = accuracy(near, sure, apart, DOUBLE)
-    return inner, other, minimum(sure, sure_behind(near, size)), apart, near_behind(near, size)
+    conditioning, determination, separation = accuracy(conditioning, determination, separation, DOUBLE)
+    return (
+        inner,
+        other,
+        minimum(determination, compared_determination(conditioning, size)),
+        separation,
+        next_conditioning(conditioning, size),
+    )
 
 
 @kernel
 def first_joints(table, p, sign_1, sign_2, free_rows):
-    """Steps 1 to 4: three joints; an error if a sign has no choice; determination; root distance; ``near``.
+    """Steps 1 to 4: three joints; an error if a sign has no choice; determination; root distance; ``conditioning``.
 
-    ``near`` is that after the three joints (``accuracy``).
+    ``conditioning`` is that after the three joints (``accuracy``).
     """
     h1, h2, h3 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 2)
     p1, p2, p3 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3)
@@ -133,42 +141,76 @@ def first_joints(table, p, sign_1, sign_2, free_rows):
     p23 = plus(p2, p3)
     p123 = plus(p1, p23)
     if family in (SLIDE_PARALLEL_23, SLIDE_INTERSECTING_23):
-        u, apart, missed = minus(p, p1), one, where(sign_1 > 0.0, 0.0, one)
+        u, separation, residual_square = minus(p, p1), one, where(sign_1 > 0.0, 0.0, one)
         way = (dot(h2, p) - dot(h2, p123)) / dot(h2, h1)
         inner = PARALLEL_23
         if family == SLIDE_INTERSECTING_23:
-            way, apart = way_to_sphere(u, reversed_vector(h1), dot(p3, p3), sign_1)
-            missed, inner = 0.0 * one, INTERSECTING_23
-        near, _, apart = accuracy(near_base(table), one, apart, DOUBLE)
-        third, second, sure, apart_2, near = inner_pair(table, inner, p, add_scaled(u, -way, h1), near, sign_2, free_rows)
-        return (slid(way), turned(second, one), turned(third, one)), missed, sure, minimum(apart, apart_2), near
+            way, separation = length_to_sphere(u, reversed_vector(h1), dot(p3, p3), sign_1)
+            residual_square, inner = 0.0 * one, INTERSECTING_23
+        conditioning, _, separation = accuracy(base_conditioning(table), one, separation, DOUBLE)
+        third, second, determination, separation_2, conditioning = inner_pair(
+            table, inner, p, add_scaled(u, -way, h1), conditioning, sign_2, free_rows
+        )
+        return (
+            (prismatic_joint(way), revolute_joint(second, one), revolute_joint(third, one)),
+            residual_square,
+            determination,
+            minimum(separation, separation_2),
+            conditioning,
+        )
     if family in (INTERSECTING_12_SLIDE, PARALLEL_12_SLIDE):
-        apart, missed = one, where(sign_1 > 0.0, 0.0, one)
+        separation, residual_square = one, where(sign_1 > 0.0, 0.0, one)
         way = (dot(h1, p) - dot(h1, p123)) / dot(h1, h3)
         inner = PARALLEL_12
         if family == INTERSECTING_12_SLIDE:
-            way, apart = way_to_sphere(p23, h3, dot(p, p), sign_1)
-            missed, inner = 0.0 * one, INTERSECTING_12
-        near, _, apart = accuracy(near_base(table), one, apart, DOUBLE)
-        second, first, sure, apart_2, near = inner_pair(table, inner, p, add_scaled(p23, way, h3), near, sign_2, free_rows)
-        return (turned(first, one), turned(second, one), slid(way)), missed, sure, minimum(apart, apart_2), near
-    missed = where(sign_2 > 0.0, 0.0, one)
+            way, separation = length_to_sphere(p23, h3, dot(p, p), sign_1)
+            residual_square, inner = 0.0 * one, INTERSECTING_12
+        conditioning, _, separation = accuracy(base_conditioning(table), one, separation, DOUBLE)
+        second, first, determination, separation_2, conditioning = inner_pair(
+            table, inner, p, add_scaled(p23, way, h3), conditioning, sign_2, free_rows
+        )
+        return (
+            (revolute_joint(first, one), revolute_joint(second, one), prismatic_joint(way)),
+            residual_square,
+            determination,
+            minimum(separation, separation_2),
+            conditioning,
+        )
+    residual_square = where(sign_2 > 0.0, 0.0, one)
     if family == TURN_SLIDES:
         n = cross(h2, h3)
-        firsts, sure, apart = angles_to_plane(n, p, reversed_vector(h1), dot(n, p123), free_angle(free_rows, 0))
+        firsts, determination, separation = angles_to_plane(n, p, reversed_vector(h1), dot(n, p123), free_angle(free_rows, 0))
         first = one_of_two(firsts, sign_1)
-        way_2, way_3 = ways_in_plane(minus(turn_back(h1, first, p), p123), h2, h3)
-        near, sure, apart = accuracy(near_base(table), sure, apart, DOUBLE)
-        return (turned(first, one), slid(way_2), slid(way_3)), missed, sure, apart, near
+        way_2, way_3 = lengths_in_plane(minus(turn_back(h1, first, p), p123), h2, h3)
+        conditioning, determination, separation = accuracy(base_conditioning(table), determination, separation, DOUBLE)
+        return (
+            (revolute_joint(first, one), prismatic_joint(way_2), prismatic_joint(way_3)),
+            residual_square,
+            determination,
+            separation,
+            conditioning,
+        )
     if family == SLIDES_TURN:
         n, w = cross(h1, h2), minus(minus(p, p1), p2)
-        thirds, sure, apart = angles_to_plane(n, p3, h3, dot(n, w), free_angle(free_rows, 2))
+        thirds, determination, separation = angles_to_plane(n, p3, h3, dot(n, w), free_angle(free_rows, 2))
         third = one_of_two(thirds, sign_1)
-        way_1, way_2 = ways_in_plane(minus(w, turn(h3, third, p3)), h1, h2)
-        near, sure, apart = accuracy(near_base(table), sure, apart, DOUBLE)
-        return (slid(way_1), slid(way_2), turned(third, one)), missed, sure, apart, near
+        way_1, way_2 = lengths_in_plane(minus(w, turn(h3, third, p3)), h1, h2)
+        conditioning, determination, separation = accuracy(base_conditioning(table), determination, separation, DOUBLE)
+        return (
+            (prismatic_joint(way_1), prismatic_joint(way_2), revolute_joint(third, one)),
+            residual_square,
+            determination,
+            separation,
+            conditioning,
+        )
     w, n = minus(p, p123), cross(h2, h3)
     r = 1.0 / dot(h1, n)
     ways = dot(w, n) * r, dot(h1, cross(w, h3)) * r, dot(h1, cross(h2, w)) * r
-    missed = missed + where(sign_1 > 0.0, 0.0, one)
-    return (slid(ways[0]), slid(ways[1]), slid(ways[2])), missed, one, one, near_base(table) * one
+    residual_square = residual_square + where(sign_1 > 0.0, 0.0, one)
+    return (
+        (prismatic_joint(ways[0]), prismatic_joint(ways[1]), prismatic_joint(ways[2])),
+        residual_square,
+        one,
+        one,
+        base_conditioning(table) * one,
+    )

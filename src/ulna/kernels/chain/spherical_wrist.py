@@ -16,8 +16,15 @@ Source: Pieper (1968); Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuel
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import load
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind, worse
-from ulna.kernels.chain.branch_records import Sure
+from ulna.kernels.chain.accuracy import (
+    DOUBLE,
+    accuracy,
+    base_conditioning,
+    compared_determination,
+    next_conditioning,
+    worse_separation,
+)
+from ulna.kernels.chain.branch_records import Accuracy
 from ulna.kernels.chain.closed_form_layout import (
     AXES,
     BENDS,
@@ -37,11 +44,11 @@ from ulna.kernels.chain.closed_form_rows import (
     end_frame,
     fifth_turn,
     free_angle,
-    put,
-    put_known,
+    rotate_back_in_frame,
+    rotate_in_frame,
+    store_angle,
+    store_properties,
     tabled,
-    turned,
-    turned_back,
 )
 from ulna.kernels.chain.subproblems import (
     angle_onto,
@@ -67,14 +74,14 @@ def spherical_wrist(table, motion, p, branches):
     """
     sign_rows, n, free_rows = branches.sign_rows, branches.n, branches.free_rows
     family, last = int(table[FORM, FAMILY]), end_frame(table, motion)
-    outers, sure_1, apart_1 = outer_angles(table, p, free_rows)
-    near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
+    outers, determination_1, separation_1 = outer_angles(table, p, free_rows)
+    conditioning_1, determination_1, separation_1 = accuracy(base_conditioning(table), determination_1, separation_1, DOUBLE)
     for i in range(n):
         outer = one_of_two(outers, load(sign_rows, i))
-        v = behind_outer(table, p, outer)
-        inners, sure_2, apart_2 = inner_angles(table, family, p, v, free_rows)
-        near_2, sure_2, apart_2 = accuracy(near_1, sure_2, apart_2, DOUBLE)
-        sure_2, apart_2 = minimum(sure_1, sure_2), minimum(apart_1, apart_2)
+        v = outer_vector(table, p, outer)
+        inners, determination_2, separation_2 = inner_angles(table, family, p, v, free_rows)
+        conditioning_2, determination_2, separation_2 = accuracy(conditioning_1, determination_2, separation_2, DOUBLE)
+        determination_2, separation_2 = minimum(determination_1, determination_2), minimum(separation_1, separation_2)
         q_outer = full_circle_angle(outer[0], outer[1])
         for j in range(n):
             inner = one_of_two(inners, load(sign_rows, n + j))
@@ -83,10 +90,13 @@ def spherical_wrist(table, motion, p, branches):
             first, second, third, angles = outer, other, inner, (q_outer, q_other, q_inner)
             if family in (INTERSECTING_12, PARALLEL_12):
                 first, second, third, angles = other, inner, outer, (q_other, q_inner, q_outer)
-            missed, row = position_square(table, p, first, second, third), (i * n + j) * n
-            whole, sure = behind_arm(table, first, second, third, last), minimum(sure_2, sure_behind(near_2, size))
-            near = near_behind(near_2, size)
-            wrist(table, whole, angles, row, branches, Sure(missed, near, sure, apart_2))
+            residual_square, row = position_square(table, p, first, second, third), (i * n + j) * n
+            whole, determination = (
+                wrist_matrix(table, first, second, third, last),
+                minimum(determination_2, compared_determination(conditioning_2, size)),
+            )
+            conditioning = next_conditioning(conditioning_2, size)
+            wrist(table, whole, angles, row, branches, Accuracy(residual_square, conditioning, determination, separation_2))
 
 
 @kernel
@@ -95,40 +105,42 @@ def wrist(table, whole, angles, row, branches, known):
 
     whole: W. angles: q_1, q_2 and q_3. known: ``branch_records.Sure``.
     """
-    (sign_rows, n, free_rows, q_rows, known_rows), (missed, near, sure, apart) = branches, known
+    (sign_rows, n, free_rows, q_rows, known_rows), (residual_square, conditioning, determination, separation) = branches, known
     h4, h5, h6, axis = tabled(table, AXES + 3), tabled(table, AXES + 4), tabled(table, AXES + 5), column(whole, 2)
     bends, free = (table[BENDS, 0], table[BENDS, 1]), table[BENDS, FREE_WRIST]
-    fifths, sure_5, apart_5 = angles_to_direction(h4, h6, h5, axis, bends, free_angle(free_rows, 4))
-    _, sure_5, apart_5 = accuracy(near, sure_5, apart_5, DOUBLE)
-    nearest = apart if free != 0.0 else worse(apart, apart_5)
+    fifths, determination_5, separation_5 = angles_to_direction(h4, h6, h5, axis, bends, free_angle(free_rows, 4))
+    _, determination_5, separation_5 = accuracy(conditioning, determination_5, separation_5, DOUBLE)
+    nearest = separation if free != 0.0 else worse_separation(separation, separation_5)
     for k in range(n):
         fifth = one_of_two(fifths, load(sign_rows, 2 * n + k))
         r = fifth_turn(table, fifth)
         bent = column(r, 2)
-        fourth, sure_4 = angle_onto_in_frame(bent, axis, free_angle(free_rows, 3))
-        x = transposed_times(r, turned_back(fourth, column(whole, 0)))  # R_6 n_6
+        fourth, determination_4 = angle_onto_in_frame(bent, axis, free_angle(free_rows, 3))
+        x = transposed_times(r, rotate_back_in_frame(fourth, column(whole, 0)))  # R_6 n_6
         sixth, _ = unit_angle(x[1], x[0], free_angle(free_rows, 5))
-        put(table, q_rows, row + k, 0, angles[0])
-        put(table, q_rows, row + k, 1, angles[1])
-        put(table, q_rows, row + k, 2, angles[2])
-        put(table, q_rows, row + k, 3, full_circle_angle(fourth[0], fourth[1]))
-        put(table, q_rows, row + k, 4, full_circle_angle(fifth[0], fifth[1]))
-        put(table, q_rows, row + k, 5, full_circle_angle(sixth[0], sixth[1]))
-        e, f = minus(turned(fourth, bent), axis), minus(x, (sixth[1], sixth[0], 0.0))
-        least = minimum(sure, maximum(minimum(sure_behind(near, sure_4), sure_5), free))
-        put_known(known_rows, row + k, missed + dot(e, e) + dot(f, f), least, nearest)
+        store_angle(table, q_rows, row + k, 0, angles[0])
+        store_angle(table, q_rows, row + k, 1, angles[1])
+        store_angle(table, q_rows, row + k, 2, angles[2])
+        store_angle(table, q_rows, row + k, 3, full_circle_angle(fourth[0], fourth[1]))
+        store_angle(table, q_rows, row + k, 4, full_circle_angle(fifth[0], fifth[1]))
+        store_angle(table, q_rows, row + k, 5, full_circle_angle(sixth[0], sixth[1]))
+        e, f = minus(rotate_in_frame(fourth, bent), axis), minus(x, (sixth[1], sixth[0], 0.0))
+        least = minimum(
+            determination, maximum(minimum(compared_determination(conditioning, determination_4), determination_5), free)
+        )
+        store_properties(known_rows, row + k, residual_square + dot(e, e) + dot(f, f), least, nearest)
 
 
 @kernel
-def behind_arm(table, first, second, third, last):
+def wrist_matrix(table, first, second, third, last):
     """W, from the columns of R F_6."""
-    x = before_wrist(table, first, second, third, tabled(table, NORMALS + OF_4))
-    z = before_wrist(table, first, second, third, tabled(table, AXES + 3))
+    x = rotate_by_arm(table, first, second, third, tabled(table, NORMALS + OF_4))
+    z = rotate_by_arm(table, first, second, third, tabled(table, AXES + 3))
     return by_columns((x, cross(z, x), z), last[0], last[1], last[2])
 
 
 @kernel
-def before_wrist(table, first, second, third, v):
+def rotate_by_arm(table, first, second, third, v):
     """R_1 R_2 R_3 v."""
     v = turn(tabled(table, AXES + 1), second, turn(tabled(table, AXES + 2), third, v))
     return turn(tabled(table, AXES), first, v)
@@ -159,7 +171,7 @@ def outer_angles(table, p, free_rows):
 
 
 @kernel
-def behind_outer(table, p, outer):
+def outer_vector(table, p, outer):
     """R_1' p - P_1, or P_2 + R_3 P_3."""
     family = int(table[FORM, FAMILY])
     if family in (INTERSECTING_12, PARALLEL_12):

@@ -20,8 +20,8 @@ Source: Elias and Wen, IK-Geo (2022), section 5; Ostermeier, Kuelz and Althoff, 
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, load, sqrt
-from ulna.kernels.chain.accuracy import DOUBLE, accuracy, near_base, near_behind, sure_behind
-from ulna.kernels.chain.branch_records import Sure
+from ulna.kernels.chain.accuracy import DOUBLE, accuracy, base_conditioning, compared_determination, next_conditioning
+from ulna.kernels.chain.branch_records import Accuracy
 from ulna.kernels.chain.closed_form_layout import AXES, BENDS, OF_2, POINTS
 from ulna.kernels.chain.closed_form_rows import (
     column,
@@ -30,11 +30,11 @@ from ulna.kernels.chain.closed_form_rows import (
     fifth_turn,
     free_angle,
     in_frame,
+    rotate_back_in_frame,
+    rotate_in_frame,
     tabled,
-    turned,
-    turned_back,
 )
-from ulna.kernels.chain.parallel_links import behind_first, four_angles, links, two_links
+from ulna.kernels.chain.parallel_links import four_angles, links, outer_links, two_links
 from ulna.kernels.chain.subproblems import (
     angle_onto_in_frame,
     angles_to_direction,
@@ -49,7 +49,7 @@ from ulna.kernels.chain.subproblems import (
 from ulna.kernels.spatial.elementary import maximum, minimum
 from ulna.kernels.spatial.vectors import dot, minus, plus, times, transposed_times
 
-SINGULAR = 1e-40  # of the fourth power of sin q_5, after ``sure_behind``
+SINGULAR = 1e-40  # of the fourth power of sin q_5, after ``compared_determination``
 
 
 @kernel
@@ -62,47 +62,54 @@ def three_parallel(table, motion, p, branches):
     h1, h2, h5, h6 = tabled(table, AXES), tabled(table, AXES + 1), tabled(table, AXES + 4), tabled(table, AXES + 5)
     p1, p2, p3, p4 = tabled(table, POINTS + 1), tabled(table, POINTS + 2), tabled(table, POINTS + 3), tabled(table, POINTS + 4)
     behind = dot(h2, plus(plus(p2, p3), p4))
-    firsts, sure_1, apart_1 = angles_to_plane(h2, p, reversed_vector(h1), dot(h2, p1) + behind, free_angle(free_rows, 0))
-    near_1, sure_1, apart_1 = accuracy(near_base(table), sure_1, apart_1, DOUBLE)
+    firsts, determination_1, separation_1 = angles_to_plane(
+        h2, p, reversed_vector(h1), dot(h2, p1) + behind, free_angle(free_rows, 0)
+    )
+    conditioning_1, determination_1, separation_1 = accuracy(base_conditioning(table), determination_1, separation_1, DOUBLE)
     last, both, four = end_frame(table, motion), two_links(table), in_frame(table, OF_2, 1, p4)
     bends = table[BENDS, 0], table[BENDS, 1]
     for i in range(n):
         first = one_of_two(firsts, load(sign_rows, i))
-        v, whole = behind_first(table, first, p, last)
+        v, whole = outer_links(table, first, p, last)
         off = v[2] - behind
-        fifths, sure_5, apart_5 = angles_to_direction(h2, h6, h5, column(whole, 2), bends, free_angle(free_rows, 4))
-        near_5, sure_5, apart_5 = accuracy(near_1, sure_5, apart_5, DOUBLE)
+        fifths, determination_5, separation_5 = angles_to_direction(h2, h6, h5, column(whole, 2), bends, free_angle(free_rows, 4))
+        conditioning_5, determination_5, separation_5 = accuracy(conditioning_1, determination_5, separation_5, DOUBLE)
         if bends[0] + bends[1] == 0.0:  # the discriminant of q_5 keeps all digits (``angles_to_direction``)
-            near_5 = near_1
-        sure_5, apart_5 = minimum(sure_1, sure_5), minimum(apart_1, apart_5)
+            conditioning_5 = conditioning_1
+        determination_5, separation_5 = minimum(determination_1, determination_5), minimum(separation_1, separation_5)
         for j in range(n):
             fifth = one_of_two(fifths, load(sign_rows, n + j))
-            bend, sixth, missed, sure, near = hand(table, whole, v, four, fifth, (near_5, SINGULAR), free_rows)
+            bend, sixth, residual_square, determination, conditioning = hand(
+                table, whole, v, four, fifth, (conditioning_5, SINGULAR), free_rows
+            )
             angles = four_angles(first, fifth, sixth, bend)
-            rest, row = minus(v, turned(bend, four)), (i * n + j) * n
-            known = Sure(missed + off * off, near, minimum(sure_5, sure), apart_5)
+            rest, row = minus(v, rotate_in_frame(bend, four)), (i * n + j) * n
+            known = Accuracy(residual_square + off * off, conditioning, minimum(determination_5, determination), separation_5)
             links(table, both, rest, angles, row, branches, known)
 
 
 @kernel
 def hand(table, whole, v, reach, fifth, limits, free_rows):
-    """Steps 2 and 3 for an angle q_5: ``bend`` and q_6; squared rotation error; determination; and ``near`` after them.
+    """Steps 2 and 3 for an angle q_5: ``bend`` and q_6; squared rotation error; determination; and ``conditioning`` after them.
 
-    whole: W. v and reach: R_1' p - P_1 and P_4 (or P_4 + R_5 P_5) in the frame of axis 2. limits: ``near`` of q_5, and the value
-    of ``sure`` below which the hand is singular.
+    whole: W. v and reach: R_1' p - P_1 and P_4 (or P_4 + R_5 P_5) in the frame of axis 2. limits: ``conditioning`` of q_5, and
+    the value of ``determination`` below which the hand is singular.
     """
-    near_5, singular = limits
+    conditioning_5, singular = limits
     across, along = fifth_row(table, 0, fifth), fifth_row(table, 2, fifth)  # R_5' n_2 and R_5' h_2, in the frame of axis 6
-    sixth, sure = angle_onto_in_frame(whole[2], along, free_angle(free_rows, 5))
-    t = times(whole, turned_back(sixth, across))
+    sixth, determination = angle_onto_in_frame(whole[2], along, free_angle(free_rows, 5))
+    t = times(whole, rotate_back_in_frame(sixth, across))
     bend, _ = unit_angle(t[1], t[0], (0.0, 1.0))
-    near, sure = near_behind(near_5, sure), sure_behind(near_5, sure)
-    ends = sure <= singular
+    conditioning, determination = (
+        next_conditioning(conditioning_5, determination),
+        compared_determination(conditioning_5, determination),
+    )
+    ends = determination <= singular
     if any_lane(ends):
         bend, sixth = within_reach(table, whole, v, reach, (fifth, sixth, bend), ends)
-        t = times(whole, turned_back(sixth, across))
-    e, f = minus(t, (bend[1], bend[0], 0.0)), minus(turned_back(sixth, along), whole[2])
-    return bend, sixth, dot(e, e) + dot(f, f), sure, near
+        t = times(whole, rotate_back_in_frame(sixth, across))
+    e, f = minus(t, (bend[1], bend[0], 0.0)), minus(rotate_back_in_frame(sixth, along), whole[2])
+    return bend, sixth, dot(e, e) + dot(f, f), determination, conditioning
 
 
 @kernel
@@ -112,7 +119,7 @@ def within_reach(table, whole, v, reach, angles, singular):
     # |two + R_3 three|^2 is between middle - half and middle + half.
     square_2, square_3 = two[0] * two[0] + two[1] * two[1], three[0] * three[0] + three[1] * three[1]
     middle, half = square_2 + square_3, 2.0 * sqrt(square_2 * square_3)
-    rest = minus(v, turned(bend, reach))
+    rest = minus(v, rotate_in_frame(bend, reach))
     square = rest[0] * rest[0] + rest[1] * rest[1]
     goal = minimum(maximum(square, middle - half), middle + half)
     both, _, _ = angles_to_sphere_in_frame(reach, v, goal, bend)
@@ -120,6 +127,6 @@ def within_reach(table, whole, v, reach, angles, singular):
     nearer = chosen_angle(subtracted(one, bend)[1] >= subtracted(other, bend)[1], one, other)
     moved = singular & (abs(goal - square) > 0.0)
     bend = chosen_angle(moved, nearer, bend)
-    x = transposed_times(fifth_turn(table, fifth), turned_back(bend, column(whole, 0)))
+    x = transposed_times(fifth_turn(table, fifth), rotate_back_in_frame(bend, column(whole, 0)))
     last, _ = unit_angle(x[1], x[0], sixth)
     return bend, chosen_angle(moved, last, sixth)

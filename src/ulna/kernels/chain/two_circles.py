@@ -93,7 +93,7 @@ def angle_of_pair(axes, form, lines, size, line, sign, free):
     straight = d < _STRAIGHT
     a_c, a_s = where(straight, a, alpha), where(straight, b, -line * beta)
     at = where(straight, where(line > 0.0, -k, 3.0), -(n_a + line * n_b))
-    both, sure, share = angles_of_two(a_s, a_c, at, a_s * a_s + a_c * a_c - at * at, free)
+    both, determination, share = angles_of_two(a_s, a_c, at, a_s * a_s + a_c * a_c - at * at, free)
     s, c = one_of_two(both, sign)
     slope, value = 0.0 * s, 0.0 * s
     for _ in range(_NEWTON_STEPS):
@@ -107,7 +107,7 @@ def angle_of_pair(axes, form, lines, size, line, sign, free):
     cos, sin = axes
     return (
         (s * cos + c * sin, c * cos - s * sin),
-        minimum(sure, size * size * size * size),
+        minimum(determination, size * size * size * size),
         slope * slope,
         (share >= 0.0) & (abs(value) <= _FOUND),
     )
@@ -124,9 +124,9 @@ def passing(form, lines, off):
     x, y, z = alpha * n_b, beta * n_a, alpha * beta
     resultant = where(straight, amplitude * amplitude, 4.0 * (x * x + y * y - z * z)) / (size_1 * size_1 * size_2 * size_2)
     passes_1, passes_2 = (one - amplitude) / size_1, where(straight, 1.0, (other - amplitude) / size_2)
-    near = abs(passes_1) + abs(passes_2) + sqrt(abs(resultant))
+    scale = abs(passes_1) + abs(passes_2) + sqrt(abs(resultant))
     least, both = (
-        resultant * resultant / where(near > 0.0, near * near * near, 1.0),
+        resultant * resultant / where(scale > 0.0, scale * scale * scale, 1.0),
         where((passes_1 > 0.0) & (passes_2 > 0.0), passes_1 * passes_2, 0.0),
     )
     left = k - where(straight, k, n_a * n_a - n_b * n_b + 0.5 * (alpha * alpha - beta * beta))

@@ -114,25 +114,25 @@ def fastest_ball(joints, carried):
 
 
 @kernel
-def place_balls(joints, q_rows, half, still, carried):
+def place_balls(joints, q_rows, half, is_instant, carried):
     """Write joints and balls at q, their velocities, and a bound on the motion of a ball's points within ``half``.
 
-    still: Whether ``half`` is 0, so that no velocities are needed.
+    is_instant: Whether ``half`` is 0, so that no velocities are needed.
     """
     n, balls, like = joints.shape[0], carried.balls, load(q_rows, 0)
     tree_poses(joints, q_rows, carried.joint_rows)
-    if not still:
+    if not is_instant:
         write_twists(joints, carried, like)
     for g in range(balls.shape[0]):
         joint = int(balls[g, BALL_JOINT])
-        p, way = ball_center(carried, g, joint, like), splat(0.0, like)
-        if not still:
+        p, motion = ball_center(carried, g, joint, like), splat(0.0, like)
+        if not is_instant:
             v, w = joint_twist(carried, joint, p, like)
-            way = way_of(carried.speeds[g, n], carried.bends[g, n], v, sqrt(dot(w, w)) * balls[g, BALL_RADIUS], half)
+            motion = motion_bound(carried.speeds[g, n], carried.bends[g, n], v, sqrt(dot(w, w)) * balls[g, BALL_RADIUS], half)
             store_vector(carried.ball_rows, 7 * g + 3, v)
         store_vector(carried.ball_rows, 7 * g, p)
-        store(carried.ball_rows, 7 * g + 6, way)
-        carried.placed[g] = 0
+        store(carried.ball_rows, 7 * g + 6, motion)
+        carried.is_placed[g] = 0
 
 
 @kernel
@@ -152,13 +152,13 @@ def write_twists(joints, carried, like):
 @kernel
 def place_bodies_of(bodies, carried, g, like):
     """Write the origins of the bodies of a ball, unless they are already written."""
-    if carried.placed[g] == 0:
-        carried.placed[g], joint = 1, int(carried.balls[g, BALL_JOINT])
+    if carried.is_placed[g] == 0:
+        carried.is_placed[g], joint = 1, int(carried.balls[g, BALL_JOINT])
         for m in range(carried.first[g], carried.first[g + 1]):
             k = carried.order[m]
             center = splat(bodies[k, 3], like), splat(bodies[k, 7], like), splat(bodies[k, 11], like)
-            moved = center if joint < 0 else transform(load_pose(carried.joint_rows, joint), center)
-            store_vector(carried.center_rows, 3 * k, moved)
+            position = center if joint < 0 else transform(load_pose(carried.joint_rows, joint), center)
+            store_vector(carried.center_rows, 3 * k, position)
 
 
 @kernel
@@ -188,42 +188,42 @@ def joint_turn(carried, joint, like):
 
 
 @kernel
-def turning_at(carried, joint, still, like):
-    """The angular speed of a joint along the edge [rad]; 0 if ``still``."""
-    if still:
+def turning_at(carried, joint, is_instant, like):
+    """The angular speed of a joint along the edge [rad]; 0 if ``is_instant``."""
+    if is_instant:
         return splat(0.0, like)
     w = joint_turn(carried, joint, like)
     return sqrt(dot(w, w))
 
 
 @kernel
-def body_velocity(carried, g, k, still, like):
-    """The velocity of the center of body k, of ball g, along the edge [m]; 0 if ``still``."""
-    if still:
+def body_velocity(carried, g, k, is_instant, like):
+    """The velocity of the center of body k, of ball g, along the edge [m]; 0 if ``is_instant``."""
+    if is_instant:
         return splat(0.0, like), splat(0.0, like), splat(0.0, like)
     return joint_twist(carried, int(carried.balls[g, BALL_JOINT]), load_vector(carried.center_rows, 3 * k), like)[0]
 
 
 @kernel
-def body_way(carried, g, n, v, turning, half, still):
+def body_motion(carried, g, n, v, turning, half, is_instant):
     """Bound on the motion of a body of ball g within ``half``.
 
     v: The velocity of the body's center. turning: The speed that the body's rotation adds to its points. n: The number of joints.
     """
-    if still:
+    if is_instant:
         return splat(0.0, half)
-    return way_of(carried.speeds[g, n], carried.bends[g, n], v, turning, half)
+    return motion_bound(carried.speeds[g, n], carried.bends[g, n], v, turning, half)
 
 
 @kernel
-def way_of(speed, bend, v, turning, half):
+def motion_bound(speed, bend, v, turning, half):
     """Bound on a point's motion within ``half``, from its maximum speed, or from its velocity and its acceleration."""
     by_taylor = half * (sqrt(dot(v, v)) + turning) + (0.5 * bend) * half * half
     return minimum(speed * half, by_taylor) * (1.0 + ROUNDING)
 
 
 @kernel
-def pair_way(joints, carried, group, half, like):
+def pair_approach(joints, carried, group, half, like):
     """Bound on the approach of two points of two balls within ``half``, as seen from their shared joint.
 
     group: The two balls, and the last joint that carries both.
@@ -236,19 +236,19 @@ def pair_way(joints, carried, group, half, like):
     seen_b = minus(load_vector(carried.ball_rows, 7 * b + 3), v_b)
     turning = turning_of(carried, a, w, like) + turning_of(carried, b, w, like)
     speed, bend = pair_bounds(joints, carried, a, b, shared)
-    return way_of(speed, bend, minus(seen_b, seen_a), turning, half)
+    return motion_bound(speed, bend, minus(seen_b, seen_a), turning, half)
 
 
 @kernel
 def pair_bounds(joints, carried, a, b, shared):
     """Bounds on relative speed and acceleration of points of two balls, as seen from their shared joint."""
-    column, turned = (joints.shape[0], 0.0) if shared < 0 else (shared, carried.steps[shared, TURN])
+    column, turn = (joints.shape[0], 0.0) if shared < 0 else (shared, carried.steps[shared, TURN])
     speed = carried.speeds[a, column] + carried.speeds[b, column]
-    return speed, max(carried.bends[a, column] + carried.bends[b, column] - 2.0 * turned * speed, 0.0)
+    return speed, max(carried.bends[a, column] + carried.bends[b, column] - 2.0 * turn * speed, 0.0)
 
 
 @kernel
-def approach_way(joints, carried, group, d, v, half):
+def approach_bound(joints, carried, group, d, v, half):
     """Bound on the approach of two points, each fixed to a ball, within ``half``.
 
     group: The two balls, and the joint that carries both. d: The difference of the points. v: The difference of their velocities,
@@ -256,26 +256,26 @@ def approach_way(joints, carried, group, d, v, half):
     """
     n, (a, b, shared) = joints.shape[0], group
     speed, bend = pair_bounds(joints, carried, a, b, shared)
-    return tangent_way(speed, bend, along(d, v), carried.speeds[a, n] + carried.speeds[b, n], half)
+    return tangent_bound(speed, bend, component_along(d, v), carried.speeds[a, n] + carried.speeds[b, n], half)
 
 
 @kernel
-def along(d, v):
+def component_along(d, v):
     """The component of v in the direction of d; 0 if d is 0."""
     return dot(d, v) / maximum(sqrt(dot(d, d)), MIN_DISTANCE)
 
 
 @kernel
-def center_way(carried, g, n, slope, half):
+def center_approach(carried, g, n, slope, half):
     """Bound on the approach of the center of a ball, or of its body, to a convex object within ``half``.
 
     n: The number of joints. slope: The rate of change of the distance at the middle.
     """
-    return tangent_way(carried.speeds[g, n], carried.bends[g, n], slope, carried.speeds[g, n], half)
+    return tangent_bound(carried.speeds[g, n], carried.bends[g, n], slope, carried.speeds[g, n], half)
 
 
 @kernel
-def tangent_way(speed, bend, slope, fastest, half):
+def tangent_bound(speed, bend, slope, fastest, half):
     """Bound on the decrease of a distance within ``half``, from its slope at the middle, or from the maximum speed.
 
     fastest: The speed of the points as seen from the base, for the rounding of the slope.

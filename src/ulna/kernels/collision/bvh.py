@@ -113,7 +113,7 @@ def child_boxes(nodes, node):
 
 
 @kernel
-def turned_gap(bodies, k, a, x, half):
+def gap_in_body_frame(bodies, k, a, x, half):
     """The gaps between AABBs and body k at pose a, along the body's axes: negative where they overlap.
 
     x: The AABBs' centers, in the body's frame. An AABB with half extents h lies within the half extents |R|^T h about the same
@@ -123,14 +123,14 @@ def turned_gap(bodies, k, a, x, half):
     c, radius = HALF_EXTENTS, bodies[k, RADIUS]
     more = radius + CONTACT * (radius + bodies[k, c] + bodies[k, c + 1] + bodies[k, c + 2])
     return (
-        maximum(x[0], 0.0 - x[0]) - (turned_half(a, 0, half) + (bodies[k, c] + more)),
-        maximum(x[1], 0.0 - x[1]) - (turned_half(a, 1, half) + (bodies[k, c + 1] + more)),
-        maximum(x[2], 0.0 - x[2]) - (turned_half(a, 2, half) + (bodies[k, c + 2] + more)),
+        maximum(x[0], 0.0 - x[0]) - (half_in_body_frame(a, 0, half) + (bodies[k, c] + more)),
+        maximum(x[1], 0.0 - x[1]) - (half_in_body_frame(a, 1, half) + (bodies[k, c + 1] + more)),
+        maximum(x[2], 0.0 - x[2]) - (half_in_body_frame(a, 2, half) + (bodies[k, c + 2] + more)),
     )
 
 
 @kernel
-def turned_half(a, axis, half):
+def half_in_body_frame(a, axis, half):
     """The half extent of an AABB along an axis of pose a."""
     return abs(a[axis]) * half[0] + abs(a[4 + axis]) * half[1] + abs(a[8 + axis]) * half[2]
 

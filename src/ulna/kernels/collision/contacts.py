@@ -15,7 +15,15 @@ import numpy as np
 
 from ulna.engine.decorators import kernel, routine
 from ulna.kernels.collision.bounding_planes import add_plane, beyond_planes, normal_of
-from ulna.kernels.collision.bvh import bounds_of, child_boxes, child_gap, gap_bound, push_children, row_of_one_object, turned_gap
+from ulna.kernels.collision.bvh import (
+    bounds_of,
+    child_boxes,
+    child_gap,
+    gap_bound,
+    gap_in_body_frame,
+    push_children,
+    row_of_one_object,
+)
 from ulna.kernels.collision.collision_layout import (
     DISTANCE,
     FIRST_BALL,
@@ -31,13 +39,13 @@ from ulna.kernels.collision.posed_pair import (
     ball_distance,
     body_at,
     box_rows_gap,
+    extra_margin,
     gap_is_searched,
+    max_extra_margin,
     may_touch,
     rows_contact,
     rows_gap,
     solid_at,
-    wider_by,
-    widest,
 )
 from ulna.kernels.collision.scene import Nearness
 from ulna.kernels.layout import COLUMN, JOINT, KIND, LARGEST, OBJECT, PARENT, PRISMATIC, RADIUS, RATIO, REACH
@@ -95,7 +103,7 @@ def add_speeds(joints, joint_rows, joint, contact, witness, sign, gradient):
 
 
 @kernel
-def find_near_pairs(scene, clearance, apart, within, near, excess):
+def find_near_pairs(scene, clearance, margins, within, near, excess):
     """Steps 1 and 2 of the search; the number of pairs, which exceeds the rows if room is missing.
 
     within: The maximum distance beyond the required one [m]. The required distance is the clearance for objects and 0 for links.
@@ -103,7 +111,7 @@ def find_near_pairs(scene, clearance, apart, within, near, excess):
     distance beyond the required one, or a lower bound where the certificates compute only a bound. The last entry is the minimum
     over all pairs of their true distance beyond the required one.
     """
-    objects, links, count = Nearness(clearance, apart, within), Nearness(0.0, apart, within), 0
+    objects, links, count = Nearness(clearance, margins, within), Nearness(0.0, margins, within), 0
     for k in range(scene.bodies.shape[0]):
         first, ours = count, body_at(scene, k, load_pose(near.body_rows, k))
         for w in range(scene.first, scene.end):
@@ -127,27 +135,27 @@ def add_indexed(scene, ours, nearness, near, excess, first):
 
     If ``near.unseen`` has an entry, about MAX_LOOKS solids are measured, and a lower bound for all others is written there.
     """
-    k, (clearance, apart, within) = ours.row, nearness
+    k, (clearance, margins, within) = ours.row, nearness
     bounds, n, count, top = bounds_of(scene.bodies, k, ours.pose), scene.bodies.shape[0], first, 1
-    looks, more = 0, clearance + widest(apart, 2)
+    n_measured, margin = 0, clearance + max_extra_margin(margins, 2)
     near.stack[0], near.heights[0] = scene.root, -np.inf
     while top > 0:
         top -= 1
-        node, reach = near.stack[top], more + within
+        node, reach = near.stack[top], margin + within
         if excess is not None:
-            reach = more + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1]) - SAME
+            reach = margin + max(slot_of_pair(k, n, n, within, near, excess, count)[1], excess[-1]) - SAME
         elif node >= 0 and near.last_rows.shape[0] > 0:
             reach = reach_in_node(scene, k, node, near, (first, count), reach)
         if not near.heights[top] <= reach:
             continue
-        if looks > MAX_LOOKS and near.unseen.shape[0] > 0:
-            near.unseen[0] = min(near.unseen[0], near.heights[top] - more)
+        if n_measured > MAX_LOOKS and near.unseen.shape[0] > 0:
+            near.unseen[0] = min(near.unseen[0], near.heights[top] - margin)
         elif node >= 0:
             height = children_from(scene, ours, node, bounds, near)
             top = push_children(scene.nodes, node, height, reach, near.stack, near.heights, top)
         else:
             theirs = solid_at(scene, -1 - node, 0.0)
-            looks += MAX_LOOKS // MAX_SEARCHES if gap_is_searched(ours, theirs) else 1
+            n_measured += MAX_LOOKS // MAX_SEARCHES if gap_is_searched(ours, theirs) else 1
             count = add_solid(scene, ours, -1 - node, nearness, near, excess, (first, count))
     return count
 
@@ -163,38 +171,38 @@ def children_from(scene, ours, node, bounds, near):
     gap = gap_bound(child_gap(scene.nodes, node, bounds))
     if scene.vertices is None:
         return gap
-    return gap + maximum(turned_bound(scene, ours, node, near) - gap, 0.0)  # NaN if the gap is NaN
+    return gap + maximum(bound_in_body_frame(scene, ours, node, near) - gap, 0.0)  # NaN if the gap is NaN
 
 
 @kernel
-def turned_bound(scene, ours, node, near):
+def bound_in_body_frame(scene, ours, node, near):
     """A lower bound of the distance of each child of a node, as seen in the body's frame [m]."""
     k, a, (center, half) = ours.row, ours.pose, child_boxes(scene.nodes, node)
     x = transform_inverse(a, center)
-    return maximum(gap_bound(turned_gap(scene.bodies, k, a, x, half)), beyond_planes(near.planes, k, a, x, half))
+    return maximum(gap_bound(gap_in_body_frame(scene.bodies, k, a, x, half)), beyond_planes(near.planes, k, a, x, half))
 
 
 @kernel
-def reach_in_node(scene, k, node, near, kept, reach):
+def reach_in_node(scene, k, node, near, row_range, reach):
     """The distance below which a node's solid is kept [m]: one of a cloud, all of separate boxes."""
     if scene.vertices is None:
         return reach
-    return reach_of_one_object(scene, k, node, near, kept, reach)
+    return reach_of_one_object(scene, k, node, near, row_range, reach)
 
 
 @routine
-def reach_of_one_object(scene, k, node, near, kept, reach):
+def reach_of_one_object(scene, k, node, near, row_range, reach):
     """``reach_in_node`` for shapes: if one object owns the whole node, the distance of its kept solid."""
-    (first, count), row = kept, row_of_one_object(scene.nodes, scene.objects, node)
+    (first, count), row = row_range, row_of_one_object(scene.nodes, scene.objects, node)
     if row >= 0 and may_touch(scene, k, row):
         return -np.inf
-    last = -1 if row < 0 else kept_row(near, int(scene.objects[row, OBJECT]), first, count)
+    last = -1 if row < 0 else row_of_object(near, int(scene.objects[row, OBJECT]), first, count)
     same = SAME if near.unseen.shape[0] > 0 else 0.0
     return reach if last < 0 else min(reach, near.contact_rows[last, DISTANCE] - same)
 
 
 @kernel
-def kept_row(near, number, first, count):
+def row_of_object(near, number, first, count):
     """The row of an object's kept solid, from a first row on; -1 if there is none."""
     last = near.last_rows[number]
     found = first <= last < min(count, near.pair_rows.shape[0]) and near.pair_rows[last, PAIR_OBJECT] == number
@@ -202,25 +210,25 @@ def kept_row(near, number, first, count):
 
 
 @kernel
-def add_solid(scene, ours, w, nearness, near, excess, kept):
+def add_solid(scene, ours, w, nearness, near, excess, row_range):
     """Add a body and solid w of the world if they are near; the new count.
 
-    kept: The first row of that body, and the count.
+    row_range: The first row of that body, and the count.
     """
-    k, (_, count) = ours.row, kept
+    k, (_, count) = ours.row, row_range
     if excess is not None:
         return add_nearest_pair(scene, k, scene.bodies.shape[0] + w, nearness, near, excess, count)
     theirs, within = solid_at(scene, w, 0.0), nearness.within
-    least = least_distance(ours, theirs, within)
-    if not least <= within or may_touch(scene, k, theirs.row):
+    bound = distance_bound(ours, theirs, within)
+    if not bound <= within or may_touch(scene, k, theirs.row):
         return count
-    return add_nearest_solid(scene, k, (w, int(scene.objects[theirs.row, OBJECT]), least), within, near, kept)
+    return add_nearest_solid(scene, k, (w, int(scene.objects[theirs.row, OBJECT]), bound), within, near, row_range)
 
 
 @routine
 def add_nearest_pair(scene, i, j, nearness, near, excess, count):
     """Write a near pair to a free row, or over a farther pair; the new count."""
-    clearance, apart, within = nearness
+    clearance, margins, within = nearness
     room, n, ours, number = near.pair_rows.shape[0], scene.bodies.shape[0], body_at(scene, i, load_pose(near.body_rows, i)), -1
     if j < n:
         theirs = body_at(scene, j, load_pose(near.body_rows, j))
@@ -229,11 +237,11 @@ def add_nearest_pair(scene, i, j, nearness, near, excess, count):
         if may_touch(scene, i, theirs.row):
             return count
         number = int(scene.objects[theirs.row, OBJECT])
-        clearance = clearance + wider_by(scene, apart, theirs.row)
+        clearance = clearance + extra_margin(scene, margins, theirs.row)
     slot, farthest = slot_of_pair(i, j, n, within, near, excess, count)
     limit = max(farthest, excess[room])
     reach = clearance + limit
-    if least_distance(ours, theirs, reach) >= reach:
+    if distance_bound(ours, theirs, reach) >= reach:
         return count
     is_ball, gap = j >= n + FIRST_BALL, reach
     if is_ball and ball_beyond_planes(ours, theirs, near.planes) >= reach:
@@ -287,38 +295,38 @@ def slot_of_pair(i, j, n, within, near, excess, count):
 
 
 @kernel
-def least_distance(ours, theirs, reach):
+def distance_bound(ours, theirs, reach):
     """A lower bound of the distance of two bodies [m], from bounding balls, and within reach from boxes."""
     bodies, i, others, j = ours.table, ours.row, theirs.table, theirs.row
-    least = ball_distance(ours, theirs)
-    if least > reach or not others[j, REACH] <= LARGEST:
-        return least
+    bound = ball_distance(ours, theirs)
+    if bound > reach or not others[j, REACH] <= LARGEST:
+        return bound
     gap = box_rows_gap(ours, theirs, 0.0)
     touching = (BALLS - 1.0) * (bodies[i, REACH] + others[j, REACH])  # bodies within the contact tolerance have the distance zero
-    return max(least, gap - bodies[i, RADIUS] - others[j, RADIUS] - touching)
+    return max(bound, gap - bodies[i, RADIUS] - others[j, RADIUS] - touching)
 
 
 @routine
-def add_nearest_solid(scene, i, solid, within, near, kept):
+def add_nearest_solid(scene, i, solid, within, near, row_range):
     """Add body i and a solid unless a nearer solid of the same object is kept; the new count.
 
-    solid: Its number, its object's number, and a lower bound of its distance from body i [m]. kept: As for ``add_solid``.
+    solid: Its number, its object's number, and a lower bound of its distance from body i [m]. row_range: As for ``add_solid``.
     """
-    (w, number, least), (first, count) = solid, kept
+    (w, number, bound), (first, count) = solid, row_range
     j = scene.bodies.shape[0] + w
     if near.last_rows.shape[0] == 0:
         return add_pair(scene, i, j, number, within, near, count)
-    last, room = kept_row(near, number, first, count), near.pair_rows.shape[0]
+    last, room = row_of_object(near, number, first, count), near.pair_rows.shape[0]
     if last < 0:
         near.last_rows[number] = count
         return add_pair(scene, i, j, number, within, near, count)
     distance = near.contact_rows[last, DISTANCE]
-    if least < distance and count < room:
+    if bound < distance and count < room:
         added = add_pair(scene, i, j, number, distance, near, count)
         if added > count and near.contact_rows[count, DISTANCE] < distance:
             copy_row(near.contact_rows, count, near.contact_rows, last)
             copy_row(near.pair_rows, count, near.pair_rows, last)
-    elif least < distance:
+    elif bound < distance:
         return count + 1
     return count
 

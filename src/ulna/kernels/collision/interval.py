@@ -21,12 +21,12 @@ from ulna.engine.decorators import kernel, routine
 from ulna.engine.lanes import any_lane, load, splat, sqrt, where
 from ulna.kernels.chain.poses import frame_pose
 from ulna.kernels.collision.ball_motion import (
-    approach_way,
+    approach_bound,
+    body_motion,
     body_velocity,
-    body_way,
-    center_way,
+    center_approach,
     joint_twist,
-    pair_way,
+    pair_approach,
     place_bodies_of,
     turning_at,
 )
@@ -46,12 +46,12 @@ from ulna.kernels.collision.collision_layout import (
 from ulna.kernels.collision.posed_pair import (
     BALLS,
     body_at,
+    extra_margin,
     is_excepted,
+    max_extra_margin,
     may_touch,
     rows_gap,
     solid_at,
-    wider_by,
-    widest,
 )
 from ulna.kernels.collision.reached import (
     NEVER,
@@ -76,61 +76,61 @@ def world_outcome(scene, carried, intervals, stack, like):
 
     The last balls come first: a hand touches something more often than a base.
     """
-    _, still, stop, margin, apart, of_world = intervals
+    _, is_instant, stop_at_contact, margin, margins, object_rounding = intervals
     clear, bodies, balls = splat(1.0, like), scene.bodies, carried.balls
-    for back in range(balls.shape[0]):
-        g = balls.shape[0] - 1 - back
-        joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + of_world + margin + widest(apart, 1)
+    for from_end in range(balls.shape[0]):
+        g = balls.shape[0] - 1 - from_end
+        joint, slack = int(balls[g, BALL_JOINT]), carried.slacks[g] + object_rounding + margin + max_extra_margin(margins, 1)
         p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
-        within = where(clear > 0.0, reach, slack if stop else NEVER)
-        n_near, of_tree = objects_near(scene, carried, intervals, g, p, within, slack), within - tree_spare(apart)
+        within = where(clear > 0.0, reach, slack if stop_at_contact else NEVER)
+        n_near, of_tree = find_near_objects(scene, carried, intervals, g, p, within, slack), within - unused_tree_margin(margins)
         in_tree = scene.root >= 0 and tree_is_reached(scene.nodes, scene.root, p, of_tree, BALLS * balls[g, BALL_RADIUS], stack)
         if n_near == 0 and not in_tree:
             continue
         place_bodies_of(bodies, carried, g, like)
-        turning = turning_at(carried, joint, still, like)
+        turning = turning_at(carried, joint, is_instant, like)
         for m in range(carried.first[g], carried.first[g + 1]):
-            mover, found = (g, carried.order[m], turning), (n_near, in_tree, stack)
-            touches, clear = body_outcome(scene, carried, intervals, mover, found, slack, clear)
-            if touches and stop:
+            mover, candidates = (g, carried.order[m], turning), (n_near, in_tree, stack)
+            touches, clear = body_outcome(scene, carried, intervals, mover, candidates, slack, clear)
+            if touches and stop_at_contact:
                 return True, clear
-        if not stop and not any_lane(clear > 0.0):
+        if not stop_at_contact and not any_lane(clear > 0.0):
             return False, clear
     return False, clear
 
 
 @kernel
-def spare(scene, apart, row):
+def unused_margin(scene, margins, row):
     """The widest margin minus the margin of a row's object [m]."""
-    return widest(apart, 1) - wider_by(scene, apart, row)
+    return max_extra_margin(margins, 1) - extra_margin(scene, margins, row)
 
 
 @kernel
-def tree_spare(apart):
+def unused_tree_margin(margins):
     """The widest margin minus the widest margin of the objects in the BVH [m]."""
-    return widest(apart, 1) - widest(apart, 2)
+    return max_extra_margin(margins, 1) - max_extra_margin(margins, 2)
 
 
 @kernel
-def objects_near(scene, carried, intervals, g, p, of_all, slack):
+def find_near_objects(scene, carried, intervals, g, p, motion, slack):
     """Write the unindexed objects that ball g, with its center p, may reach in any lane to ``near``; their number.
 
-    of_all: The bound on the motion of a point of the ball, with ``slack``. slack: The part from rounding and the widest margin.
+    motion: The bound on the motion of a point of the ball, with ``slack``. slack: The part from rounding and the widest margin.
     """
     objects, n, n_joints, ball = scene.objects, 0, scene.joints.shape[0], BALLS * carried.balls[g, BALL_RADIUS]
     for o in range(scene.first, scene.end):
-        less = spare(scene, intervals.apart, o)
-        within, d = of_all - less, minus(p, (objects[o, 3], objects[o, 7], objects[o, 11]))
-        most = within + (ball + BALLS * objects[o, REACH])
-        if not any_lane((dot(d, d) <= most * most) & (within >= 0.0)):
+        unused = unused_margin(scene, intervals.margins, o)
+        within, d = motion - unused, minus(p, (objects[o, 3], objects[o, 7], objects[o, 11]))
+        limit = within + (ball + BALLS * objects[o, REACH])
+        if not any_lane((dot(d, d) <= limit * limit) & (within >= 0.0)):
             continue
         b, radius = constant_pose(objects, o, p[0]), core_radius(objects, o) + ball
-        e, most = core_offset(p, objects, o, b), within + radius
-        near = (dot(e, e) <= most * most) & (within >= 0.0)
-        if not intervals.still and any_lane(near):
+        e, limit = core_offset(p, objects, o, b), within + radius
+        near = (dot(e, e) <= limit * limit) & (within >= 0.0)
+        if not intervals.is_instant and any_lane(near):
             slope = core_slope(e, load_vector(carried.ball_rows, 7 * g + 3), objects, o, b)
-            most = center_way(carried, g, n_joints, slope, intervals.half) + (slack - less + radius)
-            near = near & (dot(e, e) <= most * most)
+            limit = center_approach(carried, g, n_joints, slope, intervals.half) + (slack - unused + radius)
+            near = near & (dot(e, e) <= limit * limit)
         if any_lane(near):
             carried.near[n] = o
             n += 1
@@ -138,89 +138,89 @@ def objects_near(scene, carried, intervals, g, p, of_all, slack):
 
 
 @kernel
-def body_outcome(scene, carried, intervals, mover, found, slack, clear):
+def body_outcome(scene, carried, intervals, mover, candidates, slack, clear):
     """``world_outcome`` for one body alone.
 
-    mover: Its ball, the body, and the angular speed of its joint. found: The number of objects in ``near``, whether to search the
-    tree, and the stack for the search.
+    mover: Its ball, the body, and the angular speed of its joint. candidates: The number of objects in ``near``, whether to
+    search the tree, and the stack for the search.
     """
-    half, still, stop, margin, apart, _ = intervals
-    bodies, (g, k, turning), (n_near, in_tree, stack) = scene.bodies, mover, found
-    p, v = load_vector(carried.center_rows, 3 * k), body_velocity(carried, g, k, still, half)
-    way = body_way(carried, g, scene.joints.shape[0], v, turning * bodies[k, REACH], half, still) + slack
-    a, radius, otherwise = pose_of(bodies, k, carried, p, half), BALLS * bodies[k, REACH], slack if stop else NEVER
-    within = where(clear > 0.0, way, otherwise)
-    bounds, at, top = ball_bounds(p, within - tree_spare(apart) + radius), 0, 0
+    half, is_instant, stop_at_contact, margin, margins, _ = intervals
+    bodies, (g, k, turning), (n_near, in_tree, stack) = scene.bodies, mover, candidates
+    p, v = load_vector(carried.center_rows, 3 * k), body_velocity(carried, g, k, is_instant, half)
+    motion = body_motion(carried, g, scene.joints.shape[0], v, turning * bodies[k, REACH], half, is_instant) + slack
+    a, radius, otherwise = pose_of(bodies, k, carried, p, half), BALLS * bodies[k, REACH], slack if stop_at_contact else NEVER
+    within = where(clear > 0.0, motion, otherwise)
+    bounds, n_seen, top = ball_bounds(p, within - unused_tree_margin(margins) + radius), 0, 0
     if in_tree:
         stack[0], top = scene.root, 1
-    while at < n_near or top > 0:
-        if at < n_near:
-            o = carried.near[at]
-            at += 1
+    while n_seen < n_near or top > 0:
+        if n_seen < n_near:
+            o = carried.near[n_seen]
+            n_seen += 1
         else:
             top -= 1
             node = stack[top]
             if node >= 0:
-                if is_all_excepted(scene, apart, k, node):
+                if is_all_excepted(scene, margins, k, node):
                     continue
                 body = body_at(scene, k, a), p, bounds
-                top = push_reached(scene.nodes, node, body, within - tree_spare(apart), apart, stack, top)
+                top = push_reached(scene.nodes, node, body, within - unused_tree_margin(margins), margins, stack, top)
                 continue
             o = -1 - node
         theirs = solid_at(scene, o, half)
         row = theirs.row
-        if may_touch(scene, k, row) or is_excepted(scene, apart, k, row):
+        if may_touch(scene, k, row) or is_excepted(scene, margins, k, row):
             continue
-        less = spare(scene, apart, row)
-        reach = Reach(way - less, within - less, slack - less, margin + wider_by(scene, apart, row))
-        touches, now = object_outcome(scene, carried, intervals, Mover(g, k, a, p, v), theirs, reach, clear)
-        if touches and stop:
-            return True, now
-        if any_lane(now < clear):
-            clear, within = now, where(now > 0.0, way, otherwise)
-            bounds = ball_bounds(p, within - tree_spare(apart) + radius)
-            if not stop and not any_lane(clear > 0.0):
+        unused = unused_margin(scene, margins, row)
+        reach = Reach(motion - unused, within - unused, slack - unused, margin + extra_margin(scene, margins, row))
+        touches, still_clear = object_outcome(scene, carried, intervals, Mover(g, k, a, p, v), theirs, reach, clear)
+        if touches and stop_at_contact:
+            return True, still_clear
+        if any_lane(still_clear < clear):
+            clear, within = still_clear, where(still_clear > 0.0, motion, otherwise)
+            bounds = ball_bounds(p, within - unused_tree_margin(margins) + radius)
+            if not stop_at_contact and not any_lane(clear > 0.0):
                 return False, clear
     return False, clear
 
 
 @kernel
-def is_all_excepted(scene, apart, k, node):
-    """Whether all solids below a node belong to one object that ``apart`` allows body k to touch."""
-    if apart is None:
+def is_all_excepted(scene, margins, k, node):
+    """Whether all solids below a node belong to one object that ``margins`` allows body k to touch."""
+    if margins is None:
         return False
-    if apart.touching.shape[0] == 0:
+    if margins.touching.shape[0] == 0:
         return False
     row = row_of_one_object(scene.nodes, scene.objects, node)
-    return row >= 0 and is_excepted(scene, apart, k, row)
+    return row >= 0 and is_excepted(scene, margins, k, row)
 
 
 @kernel
 def object_outcome(scene, carried, intervals, mover, theirs, reach, clear):
     """``world_outcome`` for one body (``scene.Mover``) and one object alone."""
-    bodies, (g, k, a, p, v), (way, within, slack, margin) = scene.bodies, mover, reach
+    bodies, (g, k, a, p, v), (motion, within, slack, margin) = scene.bodies, mover, reach
     objects, o, b = scene.objects, theirs.row, theirs.pose
-    e, radius, nearer = core_offset(p, objects, o, b), core_radius(objects, o) + BALLS * bodies[k, REACH], way
-    most = within + radius
-    if not any_lane((dot(e, e) <= most * most) & (within >= 0.0)):
+    e, radius, approach = core_offset(p, objects, o, b), core_radius(objects, o) + BALLS * bodies[k, REACH], motion
+    limit = within + radius
+    if not any_lane((dot(e, e) <= limit * limit) & (within >= 0.0)):
         return False, clear
     distance = sqrt(dot(e, e)) - radius
-    if not intervals.still:
+    if not intervals.is_instant:
         slope = core_slope(e, v, objects, o, b)
-        nearer = minimum(way, center_way(carried, g, scene.joints.shape[0], slope, intervals.half) + slack)
-        if not any_lane(distance <= minimum(nearer, within)):
+        approach = minimum(motion, center_approach(carried, g, scene.joints.shape[0], slope, intervals.half) + slack)
+        if not any_lane(distance <= minimum(approach, within)):
             return False, clear
-    away = distance > nearer
-    kind, other = int(bodies[k, SHAPE]), int(objects[o, SHAPE])
-    if not has_exact_ball(kind, other):
+    is_clear = distance > approach
+    kind, object_kind = int(bodies[k, SHAPE]), int(objects[o, SHAPE])
+    if not has_exact_ball(kind, object_kind):
         e = core_offset(origin(b), bodies, k, a)
         distance = sqrt(dot(e, e)) - (core_radius(bodies, k) + BALLS * objects[o, REACH])
         if not any_lane(distance <= within):
             return False, clear
-        if not has_exact_ball(other, kind):
+        if not has_exact_ball(object_kind, kind):
             distance = gap_or_contact(body_at(scene, k, a), theirs, within, margin, slack - margin)
-        away = away | (distance > way)
-    return any_lane(distance <= margin), where(away, clear, 0.0)
+        is_clear = is_clear | (distance > motion)
+    return any_lane(distance <= margin), where(is_clear, clear, 0.0)
 
 
 @kernel
@@ -235,35 +235,35 @@ def pose_of(bodies, k, carried, p, like):
 @kernel
 def self_outcome(scene, carried, intervals, clear, like):
     """``world_outcome`` for the pairs of the robot's own bodies; lanes that are not clear stay so."""
-    half, still, stop = intervals.half, intervals.still, intervals.stop
+    half, is_instant, stop_at_contact = intervals.half, intervals.is_instant, intervals.stop_at_contact
     bodies, balls, groups = scene.bodies, carried.balls, carried.groups
     for e in range(groups.shape[0]):
         a, b = groups[e, GROUP_A], groups[e, GROUP_B]
         d = minus(load_vector(carried.ball_rows, 7 * a), load_vector(carried.ball_rows, 7 * b))
         slack, radii = carried.slacks[a] + carried.slacks[b], BALLS * (balls[a, BALL_RADIUS] + balls[b, BALL_RADIUS])
-        most = radii + slack + load(carried.ball_rows, 7 * a + 6) + load(carried.ball_rows, 7 * b + 6)
-        if not any_lane(dot(d, d) <= most * most):
+        limit = radii + slack + load(carried.ball_rows, 7 * a + 6) + load(carried.ball_rows, 7 * b + 6)
+        if not any_lane(dot(d, d) <= limit * limit):
             continue
-        way, group = splat(slack, like), (a, b, groups[e, GROUP_SHARED])
-        if not still:
+        motion, group = splat(slack, like), (a, b, groups[e, GROUP_SHARED])
+        if not is_instant:
             v = minus(load_vector(carried.ball_rows, 7 * a + 3), load_vector(carried.ball_rows, 7 * b + 3))
-            most = radii + (approach_way(scene.joints, carried, group, d, v, half) + slack)
-            if not any_lane(dot(d, d) <= most * most):
+            limit = radii + (approach_bound(scene.joints, carried, group, d, v, half) + slack)
+            if not any_lane(dot(d, d) <= limit * limit):
                 continue
-            way = pair_way(scene.joints, carried, group, half, like) + slack
+            motion = pair_approach(scene.joints, carried, group, half, like) + slack
         place_bodies_of(bodies, carried, a, like)
         place_bodies_of(bodies, carried, b, like)
         for run in range(groups[e, GROUP_FIRST], groups[e, GROUP_END]):
             i = carried.runs[run, RUN_BODY]
             p = load_vector(carried.center_rows, 3 * i)
             d = minus(p, load_vector(carried.ball_rows, 7 * b))
-            most = way + BALLS * (bodies[i, REACH] + balls[b, BALL_RADIUS])
-            if not any_lane((dot(d, d) <= most * most) & (clear > 0.0)):
+            limit = motion + BALLS * (bodies[i, REACH] + balls[b, BALL_RADIUS])
+            if not any_lane((dot(d, d) <= limit * limit) & (clear > 0.0)):
                 continue
             for m in range(carried.runs[run, RUN_FIRST], carried.runs[run, RUN_END]):
                 pair = e, i, carried.others[m]
-                touches, clear = pair_outcome(scene, carried, intervals, pair, p, (way, slack), clear)
-                if touches and stop:
+                touches, clear = pair_outcome(scene, carried, intervals, pair, p, (motion, slack), clear)
+                if touches and stop_at_contact:
                     return True, clear
     return False, clear
 
@@ -274,42 +274,42 @@ def pair_outcome(scene, carried, intervals, pair, p, reach, clear):
 
     reach: A bound on the approach of two points of the bodies, with rounding; and the rounding alone.
     """
-    bodies, (_, i, j), (way, slack) = scene.bodies, pair, reach
-    half, stop, q = intervals.half, intervals.stop, load_vector(carried.center_rows, 3 * j)
+    bodies, (_, i, j), (motion, slack) = scene.bodies, pair, reach
+    half, stop_at_contact, q = intervals.half, intervals.stop_at_contact, load_vector(carried.center_rows, 3 * j)
     d, radii = minus(p, q), BALLS * (bodies[i, REACH] + bodies[j, REACH])
-    within = where(clear > 0.0, way, splat(slack, way) if stop else splat(NEVER, way))
-    most = within + radii
-    near = (dot(d, d) <= most * most) & (within >= 0.0)
+    within = where(clear > 0.0, motion, splat(slack, motion) if stop_at_contact else splat(NEVER, motion))
+    limit = within + radii
+    near = (dot(d, d) <= limit * limit) & (within >= 0.0)
     if not any_lane(near & (clear > 0.0)):
         return False, clear
-    distance, nearer = sqrt(dot(d, d)) - radii, way
+    distance, approach = sqrt(dot(d, d)) - radii, motion
     if int(bodies[i, SHAPE]) != SPHERE or int(bodies[j, SHAPE]) != SPHERE:
         of_j = frame_pose(bodies, j, carried.joint_rows, half)
-        offset, most = core_offset(p, bodies, j, of_j), within + (core_radius(bodies, j) + BALLS * bodies[i, REACH])
-        near = near & (dot(offset, offset) <= most * most)
+        offset, limit = core_offset(p, bodies, j, of_j), within + (core_radius(bodies, j) + BALLS * bodies[i, REACH])
+        near = near & (dot(offset, offset) <= limit * limit)
         if not any_lane(near & (clear > 0.0)):
             return False, clear
         of_i = frame_pose(bodies, i, carried.joint_rows, half)
         distance = gap_or_contact(body_at(scene, i, of_i), body_at(scene, j, of_j), where(near, within, NEVER), 0.0, slack)
     else:
-        nearer = minimum(way, spheres_way(scene, carried, intervals, pair, (p, q)) + slack)
-    return any_lane(near & (distance <= 0.0)), where(near & (distance <= nearer), 0.0, clear)
+        approach = minimum(motion, spheres_approach(scene, carried, intervals, pair, (p, q)) + slack)
+    return any_lane(near & (distance <= 0.0)), where(near & (distance <= approach), 0.0, clear)
 
 
 @kernel
-def spheres_way(scene, carried, intervals, pair, centers):
+def spheres_approach(scene, carried, intervals, pair, centers):
     """Bound on the approach of two spheres of a group within ``half``. Rotations about their own centers do not count.
 
     pair: As for ``pair_outcome``. centers: The spheres' centers.
     """
     half = intervals.half
-    if intervals.still:
+    if intervals.is_instant:
         return splat(0.0, half)
     groups, (e, i, j), (p, q) = carried.groups, pair, centers
     v_p = joint_twist(carried, int(scene.bodies[i, JOINT]), p, half)[0]
     v_q = joint_twist(carried, int(scene.bodies[j, JOINT]), q, half)[0]
     group = groups[e, GROUP_A], groups[e, GROUP_B], groups[e, GROUP_SHARED]
-    return approach_way(scene.joints, carried, group, minus(p, q), minus(v_p, v_q), half)
+    return approach_bound(scene.joints, carried, group, minus(p, q), minus(v_p, v_q), half)
 
 
 @kernel
@@ -321,8 +321,8 @@ def gap_or_contact(ours, theirs, reach, margin, rounding):
     distance = posed_gap(ours, theirs, reach, rounding)
     near = (distance <= margin) & (reach >= 0.0)
     if any_lane(near):
-        again = posed_gap(ours, theirs, where(near, margin, NEVER), rounding)
-        distance = where(near, again, distance)
+        exact_distance = posed_gap(ours, theirs, where(near, margin, NEVER), rounding)
+        distance = where(near, exact_distance, distance)
     return distance
 
 

@@ -174,26 +174,26 @@ def may_touch(scene, k, row):
 
 
 @kernel
-def is_excepted(scene, apart, k, row):
-    """Whether ``apart`` allows body k to touch the object of a row."""
-    found = False
-    if apart is not None:
-        number, pairs = int(scene.objects[row, OBJECT]), apart.touching
+def is_excepted(scene, margins, k, row):
+    """Whether ``margins`` allows body k to touch the object of a row."""
+    is_listed = False
+    if margins is not None:
+        number, pairs = int(scene.objects[row, OBJECT]), margins.touching
         for m in range(pairs.shape[0]):
-            found = found or (pairs[m, PAIR_BODY] == k and pairs[m, PAIR_OBJECT] == number)
-    return found
+            is_listed = is_listed or (pairs[m, PAIR_BODY] == k and pairs[m, PAIR_OBJECT] == number)
+    return is_listed
 
 
 @kernel
-def wider_by(scene, apart, row):
+def extra_margin(scene, margins, row):
     """The margin of a row's object in excess of the common margin [m]."""
-    return 0.0 if apart is None else apart.wider[int(scene.objects[row, OBJECT])]
+    return 0.0 if margins is None else margins.extra[int(scene.objects[row, OBJECT])]
 
 
 @kernel
-def widest(apart, back):
-    """The maximum extra margin [m] of all objects (back = 1), or of those in the BVH (back = 2)."""
-    return 0.0 if apart is None else apart.wider[-back]
+def max_extra_margin(margins, from_end):
+    """The maximum extra margin [m] of all objects (from_end = 1), or of those in the BVH (from_end = 2)."""
+    return 0.0 if margins is None else margins.extra[-from_end]
 
 
 @kernel

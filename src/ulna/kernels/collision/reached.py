@@ -16,9 +16,9 @@ extents h lies within a box of half extents |R|^T h about the same center.
 
 from ulna.engine.decorators import kernel
 from ulna.engine.lanes import any_lane, lane_count, lane_of, lowest_bit, splat
-from ulna.kernels.collision.ball_motion import along
+from ulna.kernels.collision.ball_motion import component_along
 from ulna.kernels.collision.bounding_planes import beyond_planes
-from ulna.kernels.collision.bvh import child_of, child_rows, children_in, turned_half
+from ulna.kernels.collision.bvh import child_of, child_rows, children_in, half_in_body_frame
 from ulna.kernels.collision.posed_pair import BALLS
 from ulna.kernels.layout import BOX, HALF_EXTENTS, HALF_SPACE, RADIUS, REACH, SHAPE, SPHERE
 from ulna.kernels.spatial.elementary import maximum, minimum
@@ -28,35 +28,35 @@ NEVER = -1.0  # as ``within`` of a lane: no pair is near enough
 
 
 @kernel
-def core_offset(p, others, j, b):
+def core_offset(p, bodies, j, b):
     """The vector from the box around the core of body j, at pose b, to a point [m]; 0 inside.
 
     It is in the body's frame. A sphere's core is its center; its vector is in the frame of p. A half-space is its own core.
     """
-    if int(others[j, SHAPE]) == SPHERE:
+    if int(bodies[j, SHAPE]) == SPHERE:
         return minus(p, origin(b))
     x = transform_inverse(b, p)
-    if int(others[j, SHAPE]) == HALF_SPACE:
+    if int(bodies[j, SHAPE]) == HALF_SPACE:
         none = splat(0.0, x[2])
         return none, none, maximum(x[2], 0.0)
     c = HALF_EXTENTS
-    return beyond(x[0], others[j, c]), beyond(x[1], others[j, c + 1]), beyond(x[2], others[j, c + 2])
+    return excess(x[0], bodies[j, c]), excess(x[1], bodies[j, c + 1]), excess(x[2], bodies[j, c + 2])
 
 
 @kernel
-def core_slope(e, v, others, j, b):
+def core_slope(e, v, bodies, j, b):
     """The rate of change of the length of ``core_offset``, e, at velocity v; 0 where e is 0."""
-    return along(e, v if int(others[j, SHAPE]) == SPHERE else rotate_inverse(b, v))
+    return component_along(e, v if int(bodies[j, SHAPE]) == SPHERE else rotate_inverse(b, v))
 
 
 @kernel
-def core_radius(others, j):
+def core_radius(bodies, j):
     """The radius of body j round its core [m]; points farther from the core are outside the body."""
-    return 0.0 if int(others[j, SHAPE]) == HALF_SPACE else others[j, RADIUS]
+    return 0.0 if int(bodies[j, SHAPE]) == HALF_SPACE else bodies[j, RADIUS]
 
 
 @kernel
-def beyond(x, extent):
+def excess(x, extent):
     """The signed excess of x beyond [-extent, extent]; 0 inside."""
     return x - minimum(maximum(x, -extent), extent)
 
@@ -88,10 +88,10 @@ def tree_is_reached(nodes, root, p, within, radius, stack):
 
 
 @kernel
-def push_reached(nodes, node, body, within, apart, stack, top):
+def push_reached(nodes, node, body, within, margins, stack, top):
     """Push the children of a node that a body reaches onto a stack; return the new top.
 
-    body: A ``scene.Posed``, its center, and its ``ball_bounds``. apart: None, or margins whose planes give further bounds.
+    body: A ``scene.Posed``, its center, and its ``ball_bounds``. margins: None, or margins whose planes give further bounds.
     """
     posed, p, bounds = body
     bodies, k, bits = posed.table, posed.row, children_in(nodes, node, bounds)
@@ -101,9 +101,9 @@ def push_reached(nodes, node, body, within, apart, stack, top):
         reaches = ball_reaches(center, half, p, within, BALLS * bodies[k, REACH])
         if any_lane(reaches) and int(bodies[k, SHAPE]) != SPHERE:
             reaches = reaches & core_reaches(center, half, bodies, k, posed.pose, within)
-            if apart is not None:
+            if margins is not None:
                 x = transform_inverse(posed.pose, center)
-                reaches = reaches & (beyond_planes(apart.planes, k, posed.pose, x, half) <= within)
+                reaches = reaches & (beyond_planes(margins.planes, k, posed.pose, x, half) <= within)
         if any_lane(reaches):
             stack[top] = child_of(nodes, node, lane)
             top += 1
@@ -124,9 +124,9 @@ def child_box(nodes, node, lane):
 @kernel
 def ball_reaches(center, half, p, within, radius):
     """True where the surface of a ball with center p is at most ``within`` from an AABB."""
-    most = within + radius
-    e = beyond(p[0] - center[0], half[0]), beyond(p[1] - center[1], half[1]), beyond(p[2] - center[2], half[2])
-    return (dot(e, e) <= most * most) & (within >= 0.0)
+    limit = within + radius
+    e = excess(p[0] - center[0], half[0]), excess(p[1] - center[1], half[1]), excess(p[2] - center[2], half[2])
+    return (dot(e, e) <= limit * limit) & (within >= 0.0)
 
 
 @kernel
@@ -135,26 +135,26 @@ def core_reaches(center, half, bodies, k, a, within):
 
     The lower bound of their distance is the gap given in the module's docstring.
     """
-    x, most, c = transform_inverse(a, center), within + core_radius(bodies, k), HALF_EXTENTS
+    x, limit, c = transform_inverse(a, center), within + core_radius(bodies, k), HALF_EXTENTS
     e = (
-        maximum(abs(x[0]) - (bodies[k, c] + turned_half(a, 0, half)), 0.0),
-        maximum(abs(x[1]) - (bodies[k, c + 1] + turned_half(a, 1, half)), 0.0),
-        maximum(abs(x[2]) - (bodies[k, c + 2] + turned_half(a, 2, half)), 0.0),
+        maximum(abs(x[0]) - (bodies[k, c] + half_in_body_frame(a, 0, half)), 0.0),
+        maximum(abs(x[1]) - (bodies[k, c + 1] + half_in_body_frame(a, 1, half)), 0.0),
+        maximum(abs(x[2]) - (bodies[k, c + 2] + half_in_body_frame(a, 2, half)), 0.0),
     )
-    return dot(e, e) <= most * most
+    return dot(e, e) <= limit * limit
 
 
 @kernel
 def ball_bounds(p, radius):
     """The AABB, in plain numbers, of a ball's positions in all lanes."""
     return (
-        (least(p[0] - radius), least(p[1] - radius), least(p[2] - radius)),
-        (-least(-p[0] - radius), -least(-p[1] - radius), -least(-p[2] - radius)),
+        (lane_minimum(p[0] - radius), lane_minimum(p[1] - radius), lane_minimum(p[2] - radius)),
+        (-lane_minimum(-p[0] - radius), -lane_minimum(-p[1] - radius), -lane_minimum(-p[2] - radius)),
     )
 
 
 @kernel
-def least(x):
+def lane_minimum(x):
     """The minimum over the lanes."""
     lowest = lane_of(x, 0)
     for lane in range(1, lane_count(x)):

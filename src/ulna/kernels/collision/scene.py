@@ -66,10 +66,10 @@ class Planes(NamedTuple):
     """The number of planes written for each body, shape (n_bodies,)."""
 
 
-class Apart(NamedTuple):
+class Margins(NamedTuple):
     """Margins of bodies from objects, where objects differ; None if one margin applies to all."""
 
-    wider: NDArray
+    extra: NDArray
     """The extra margin of each object, by its number [m], at least 0; then the maximum over the BVH's objects, and over all
     objects: shape (n_objects + 2,)."""
     touching: NDArray
@@ -82,8 +82,8 @@ class Nearness(NamedTuple):
     """The distances within which a pair is near."""
 
     clearance: float
-    """Required distance of a pair [m]; ``apart`` widens it for objects."""
-    apart: Apart | None
+    """Required distance of a pair [m]; ``margins`` widens it for objects."""
+    margins: Margins | None
     within: float
     """Maximum distance beyond the required one [m]."""
 
@@ -93,14 +93,14 @@ class Intervals(NamedTuple):
 
     half: Any
     """Half of each length, as a fraction of the edge."""
-    still: bool
+    is_instant: bool
     """Whether the lengths are 0, so that nothing moves."""
-    stop: bool
+    stop_at_contact: bool
     """Whether a contact ends the search. If so, contacts are searched in all lanes, clear or not."""
     margin: float
-    """Required distance of objects [m]; ``apart`` widens it."""
-    apart: Apart | None
-    of_world: float
+    """Required distance of objects [m]; ``margins`` widens it."""
+    margins: Margins | None
+    object_rounding: float
     """Bound on the rounding of an object's points [m]."""
 
 
@@ -122,7 +122,7 @@ class Mover(NamedTuple):
 class Reach(NamedTuple):
     """Bounds on the motion of a body in eight intervals, and the required distance of an object from it."""
 
-    way: Any
+    motion: Any
     """Bound on the motion of its points within half of an interval, plus ``slack`` [m]."""
     within: Any
     """The same where the lane is clear; elsewhere the distance of a contact [m]."""
@@ -167,7 +167,7 @@ class Carried(NamedTuple):
     """Centers of the balls, their velocities, and bounds on the motion of their points, 7 n_balls rows."""
     center_rows: NDArray
     """The origins of the bodies, 3 n_bodies rows; those of a ball are written at their first use."""
-    placed: NDArray
+    is_placed: NDArray
     """1 for each ball whose bodies' origins are written, else 0: shape (n_balls,)."""
     near: NDArray
     """The unindexed objects near a ball, shape (n_unindexed,)."""
@@ -180,7 +180,7 @@ class EdgeCheck(NamedTuple):
     carried: Carried
     work: tuple
     """Workspace from ``collision.entries.continuous.interval_work``."""
-    of_world: float
+    object_rounding: float
     """Bound on the rounding of an object's points [m]."""
 
 

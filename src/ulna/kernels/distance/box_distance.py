@@ -105,7 +105,7 @@ def nearest_points(r, t, h, g):
     square, corner = nearest_corner(
         transposed_times(r, scaled(t, -1.0)), (scaled(r[0], h[0]), scaled(r[1], h[1]), scaled(r[2], h[2])), g
     )
-    best = nearer(best, (square, point_in_a(r, t, corner), point_in_a(r, t, inside(corner, g))))
+    best = nearer_points(best, (square, point_in_a(r, t, corner), point_in_a(r, t, inside(corner, g))))
     sx, sy, sz = columns(signs(r))
     best = nearest_edges(best, t, h, x, g[0], (edges[1], edges[2]), (sx, sy, sz))
     best = nearest_edges(best, t, h, y, g[1], (edges[2], edges[0]), (sy, sz, sx))
@@ -136,7 +136,7 @@ def nearest_of_four(c, y, z, h):
 
 
 @kernel
-def nearer(best, other):
+def nearer_points(best, other):
     """The nearer of two pairs, each a squared distance and two points."""
     mask = other[0] < best[0]
     return where(mask, other[0], best[0]), chosen(mask, other[1], best[1]), chosen(mask, other[2], best[2])
@@ -182,13 +182,13 @@ def nearest_edges(best, t, h, d, length, sides, s):
     """
     y, z = sides
     of_d, of_y, of_z = s
-    best = nearer(best, edge_pair(t, h, d, length, (y, z), (of_d[1], of_d[2], of_y[0], of_z[0])))
+    best = nearer_points(best, edge_pair(t, h, d, length, (y, z), (of_d[1], of_d[2], of_y[0], of_z[0])))
     t, h, d, y, z = cycled(t), cycled(h), cycled(d), cycled(y), cycled(z)
     square, p, q = edge_pair(t, h, d, length, (y, z), (of_d[2], of_d[0], of_y[1], of_z[1]))
-    best = nearer(best, (square, cycled(cycled(p)), cycled(cycled(q))))
+    best = nearer_points(best, (square, cycled(cycled(p)), cycled(cycled(q))))
     t, h, d, y, z = cycled(t), cycled(h), cycled(d), cycled(y), cycled(z)
     square, p, q = edge_pair(t, h, d, length, (y, z), (of_d[0], of_d[1], of_y[2], of_z[2]))
-    return nearer(best, (square, cycled(p), cycled(q)))
+    return nearer_points(best, (square, cycled(p), cycled(q)))
 
 
 @kernel

@@ -29,12 +29,12 @@ from ulna.kernels.distance.epa_polytope import (
     FACE_WIDTH,
     MAX_POINTS,
     POINT_WIDTH,
-    across,
     extent,
     farthest,
     first_polytope,
     lowest_face,
     nearest_of_surface,
+    perpendicular,
     remove_visible,
     set_face,
 )
@@ -176,22 +176,22 @@ def depth_around_axis(cores, z, depth, n, points):
 
     Takes the lowest of many directions, then a golden-section search of the arc about it (Kiefer, Proc. AMS 1953).
     """
-    u = across(z)
+    u = perpendicular(z)
     v = cross(z, u)
     best, lowest = 0.0, 1e300
     for k in range(_DIRECTIONS):
         angle = 2.0 * np.pi * k / _DIRECTIONS
-        height = farthest(cores, on_circle(u, v, angle), points, 0)
+        height = farthest(cores, point_on_circle(u, v, angle), points, 0)
         if height < lowest:
             best, lowest = angle, height
     low, high = best - 2.0 * np.pi / _DIRECTIONS, best + 2.0 * np.pi / _DIRECTIONS
     for _ in range(_SECTIONS):
         first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        if farthest(cores, on_circle(u, v, first), points, 0) < farthest(cores, on_circle(u, v, second), points, 0):
+        if farthest(cores, point_on_circle(u, v, first), points, 0) < farthest(cores, point_on_circle(u, v, second), points, 0):
             high = second
         else:
             low = first
-    found = on_circle(u, v, 0.5 * (low + high))
+    found = point_on_circle(u, v, 0.5 * (low + high))
     height = farthest(cores, found, points, 0)
     if height < depth:
         return height, found
@@ -199,7 +199,7 @@ def depth_around_axis(cores, z, depth, n, points):
 
 
 @kernel
-def on_circle(u, v, angle):
+def point_on_circle(u, v, angle):
     """The unit vector at an angle from u towards v."""
     sine, cosine = sincos(angle)
     return add_scaled(scaled(u, cosine), sine, v)

@@ -61,7 +61,7 @@ def first_polytope(cores, size, points, faces):
         return True, n
     for found in (2, 3):
         d, e = minus(point(points, 1), point(points, 0)), minus(point(points, 2), point(points, 0))
-        n = across(d) if found == 2 else unit_cross(d, e)
+        n = perpendicular(d) if found == 2 else unit_cross(d, e)
         width = farther_of_two(cores, n, points, found)
         if found == 2 and width <= _FLAT * size:
             n = unit_cross(d, n)
@@ -78,7 +78,7 @@ def first_polytope(cores, size, points, faces):
 
 
 @kernel
-def across(d):
+def perpendicular(d):
     """A unit vector perpendicular to d: the cross product with the axis of d's smallest entry."""
     x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
     by_x, by_y = x <= y and x <= z, y < x and y <= z

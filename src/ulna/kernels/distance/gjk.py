@@ -107,11 +107,11 @@ def advance(active, simplex, w, p, distance, noise, size):
     v, points, sources, weights = simplex
     e0, e1, e2 = minus(points[0], w), minus(points[1], w), minus(points[2], w)
     n0, n1, n2 = cross(e0, e1), cross(e1, e2), cross(e2, e0)
-    best0 = nearer(edge_candidate(w, e0), face_candidate(w, e0, e1, n0))
-    best1 = nearer(edge_candidate(w, e1), face_candidate(w, e1, e2, n1))
-    best2 = nearer(edge_candidate(w, e2), face_candidate(w, e2, e0, n2))
+    best0 = nearer_candidate(edge_candidate(w, e0), face_candidate(w, e0, e1, n0))
+    best1 = nearer_candidate(edge_candidate(w, e1), face_candidate(w, e1, e2, n1))
+    best2 = nearer_candidate(edge_candidate(w, e2), face_candidate(w, e2, e0, n2))
     second, third = best1[0] < best0[0], best2[0] < minimum(best0[0], best1[0])
-    _, x, y = nearer(nearer(best0, best1), best2)
+    _, x, y = nearer_candidate(nearer_candidate(best0, best1), best2)
     k1 = chosen(third, points[2], chosen(second, points[1], points[0]))
     k2 = chosen(third, points[0], chosen(second, points[2], points[1]))
     s1 = chosen(third, sources[2], chosen(second, sources[1], sources[0]))
@@ -158,7 +158,7 @@ def chosen_three(mask, a, b):
 
 
 @kernel
-def nearer(best, other):
+def nearer_candidate(best, other):
     """The nearer of two candidates."""
     mask = other[0] < best[0]
     return where(mask, other[0], best[0]), where(mask, other[1], best[1]), where(mask, other[2], best[2])

@@ -34,7 +34,7 @@ def swept(core, radius_a, radius_b):
 
 
 @kernel
-def of_points(p, q, otherwise):
+def contact_of_points(p, q, otherwise):
     """The contact of two cores from their nearest points; ``otherwise`` is the normal where these coincide."""
     v = minus(q, p)
     distance = sqrt(dot(v, v))
@@ -61,7 +61,7 @@ def segment_segment(a, half_a, b, half_b):
     t = clamp(along_b + cosine * s, half_b)
     s = clamp(cosine * t - along_a, half_a)
     perpendicular = chosen(crossed, scaled(n, 1.0 / sqrt(where(crossed, square, 1.0))), x_axis(a))
-    return of_points(add_scaled(origin(a), s, u), add_scaled(origin(b), t, v), perpendicular)
+    return contact_of_points(add_scaled(origin(a), s, u), add_scaled(origin(b), t, v), perpendicular)
 
 
 @kernel
@@ -77,7 +77,7 @@ def point_box(a, b, h):
     side_x, side_y, side_z = side(c[0]), side(c[1]), side(c[2])
     zero = 0.0 * x
     face = chosen(by_x, (side_x, zero, zero), chosen(by_y, (zero, side_y, zero), (zero, zero, side_z)))
-    return from_within(a, b, c, p, maximum(maximum(x, y), z), face)
+    return contact_with_point(a, b, c, p, maximum(maximum(x, y), z), face)
 
 
 @kernel
@@ -95,7 +95,7 @@ def point_cylinder(a, b, h):
     p = kept * cosine, kept * sine, clamp(c[2], h[2])
     zero = 0.0 * radius
     outwards = chosen(around >= above, (cosine, sine, zero), (zero, zero, side(c[2])))
-    return from_within(a, b, c, p, maximum(around, above), outwards)
+    return contact_with_point(a, b, c, p, maximum(around, above), outwards)
 
 
 @kernel
@@ -105,7 +105,7 @@ def side(x):
 
 
 @kernel
-def from_within(a, b, c, p, height, outwards):
+def contact_with_point(a, b, c, p, height, outwards):
     """The contact of a point c with a body at pose b, from the body's nearest point p.
 
     c and p are in the body's frame.

@@ -94,8 +94,8 @@ def step_to_bound(bound_rows, x_rows, active_rows, goal_rows, running):
     fraction, blocking = splat(2.0, running), splat(-1.0, running)
     for j in range(n_dof):
         x, goal, low, high = load(x_rows, j), load(goal_rows, j), load(bound_rows, j), load(bound_rows, n_dof + j)
-        over, under = goal > high, goal < low
-        step = where(over, high - x, where(under, x - low, 2.0)) / where(over | under, abs(goal - x), 1.0)
+        is_above, is_below = goal > high, goal < low
+        step = where(is_above, high - x, where(is_below, x - low, 2.0)) / where(is_above | is_below, abs(goal - x), 1.0)
         shorter = step < fraction
         fraction, blocking = where(shorter, step, fraction), where(shorter, float(j), blocking)
     fraction = where(fraction < 1.0, fraction, 1.0)
@@ -120,22 +120,22 @@ def release_steepest(jacobian_rows, v, damping, rows, settled, by_values, residu
     e = -v[0], -v[1], -v[2], -v[3], -v[4], -v[5]
     for j in range(n_dof):
         e = add_column(e, jacobian_rows, j, load(x_rows, j))
-    e = minus_where(by_values, residual, e)
-    most, released = splat(0.0, v[0]), splat(-1.0, v[0])
+    e = negated_where(by_values, residual, e)
+    max_gain, released = splat(0.0, v[0]), splat(-1.0, v[0])
     for j in range(n_dof):
         x, low, high = load(x_rows, j), load(bound_rows, j), load(bound_rows, n_dof + j)
         slope = column_dot(jacobian_rows, j, e) + damping * x
         gain = where((load(active_rows, j) > 0.0) & (low < high), where(x <= low, -slope, slope), 0.0)
         sizes = where(by_values, sizes_of_gradient(jacobian_rows, j, e) + damping * abs(x), 1.0)
-        better = (gain > most) & (gain > _FLAT * sizes)
-        most, released = where(better, gain, most), where(better, float(j), released)
+        is_steeper = (gain > max_gain) & (gain > _FLAT * sizes)
+        max_gain, released = where(is_steeper, gain, max_gain), where(is_steeper, float(j), released)
     for j in range(n_dof):
         store(active_rows, j, where(settled & (abs(released - j) < 0.5), 0.0, load(active_rows, j)))
     return released
 
 
 @kernel
-def minus_where(mask, a, b):
+def negated_where(mask, a, b):
     """-a where the mask holds, b elsewhere: six numbers each."""
     return (
         where(mask, -a[0], b[0]), where(mask, -a[1], b[1]), where(mask, -a[2], b[2]),

@@ -10,8 +10,8 @@ upper bounds (2 n_dof); the state, as numbered below.
 3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), clipped to
    its bounds (``damped_system``). Further steps of an ended lane are ignored: its result is in the rows of the previous step. A
    ``calm`` search adds |e| to lambda. For an unreachable target, the curvature of the arm, which J lacks, is about as large;
-   without this term the steps would overshoot forever. |e|^2 counts no distance beyond ``far``. A prismatic joint is linear over
-   any distance, so its steps need no damping, which would stall a long motion.
+   without this term the steps would overshoot forever. |e|^2 counts no distance beyond ``max_square``. A prismatic joint is
+   linear over any distance, so its steps need no damping, which would stall a long motion.
 4. With a posture, each step adds the part of (posture - q) in the null space of J (Liegeois 1977). A lane is solved only when
    that part is used up. dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first: a lane that uses up
    its steps at the pose has solved it.
@@ -65,8 +65,8 @@ def advance(chain, posture, settings, rows, scratch):
     p2, r2 = error_squares(e)
     check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows)
     block_joints_at_bounds(bound_rows, q_rows, e, jacobian_rows)
-    if settings.far != 0.0:
-        p2 = minimum(p2, settings.far)
+    if settings.max_square != 0.0:
+        p2 = minimum(p2, settings.max_square)
     damping = (p2 + r2) * _DAMPING + sqrt(p2 + r2) * (1.0 if settings.calm else 0.0) + _MIN_DAMPING
     store(state_rows, LAMBDA, damping)
     if settings.with_posture:
@@ -82,25 +82,25 @@ def advance(chain, posture, settings, rows, scratch):
 @kernel
 def check_convergence(settings, p2, r2, whole, q_rows, last_rows, state_rows):
     """Step 2: the outcome of each lane; the result so far is copied to the rows of the previous step."""
-    total, least = p2 + r2, load(state_rows, LAST_ERROR)
-    near = (p2 <= settings.position_tolerance**2) & (r2 <= settings.rotation_tolerance**2)
-    was_near = least < np.inf
-    back = was_near & logical_not(near & (total < least))
-    enough = total <= _NEGLIGIBLE
+    total, last_total = p2 + r2, load(state_rows, LAST_ERROR)
+    is_solved = (p2 <= settings.position_tolerance**2) & (r2 <= settings.rotation_tolerance**2)
+    was_solved = last_total < np.inf
+    is_reverted = was_solved & logical_not(is_solved & (total < last_total))
+    is_enough = total <= _NEGLIGIBLE
     if settings.with_posture:
-        enough = load(state_rows, CHANGE) <= _POSTURE_SETTLED
-    settled = (was_near & logical_not(near & (total < _WORTH_A_STEP * least))) | (near & enough)
+        is_enough = load(state_rows, CHANGE) <= _POSTURE_SETTLED
+    settled = (was_solved & logical_not(is_solved & (total < _WORTH_A_STEP * last_total))) | (is_solved & is_enough)
     used_up = load(state_rows, TAKEN) >= load(state_rows, ALLOWED)
-    solved = settled | (used_up & (near | was_near))
+    solved = settled | (used_up & (is_solved | was_solved))
     store(state_rows, ENDED, where(solved, HAS_SOLVED, where(used_up, HAS_FAILED, RUNNING)))
     if not settings.with_posture:
-        store(state_rows, LAST_ERROR, where(near, total, np.inf))
-    store(state_rows, P2, where(back, load(state_rows, P2), p2))
-    store(state_rows, R2, where(back, load(state_rows, R2), r2))
+        store(state_rows, LAST_ERROR, where(is_solved, total, np.inf))
+    store(state_rows, P2, where(is_reverted, load(state_rows, P2), p2))
+    store(state_rows, R2, where(is_reverted, load(state_rows, R2), r2))
     for k in range(6):
-        store(state_rows, ERROR + k, where(back, load(state_rows, ERROR + k), whole[k]))
+        store(state_rows, ERROR + k, where(is_reverted, load(state_rows, ERROR + k), whole[k]))
     for j in range(last_rows.shape[0]):
-        store(last_rows, j, where(back, load(last_rows, j), load(q_rows, j)))
+        store(last_rows, j, where(is_reverted, load(last_rows, j), load(q_rows, j)))
 
 
 @kernel

@@ -46,7 +46,7 @@ def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_ro
         cost = where(load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED, 0.0, np.inf)
         for j in range(n):
             seed, q = load(seed_rows, j), load(q_rows, 6 * k + j)
-            q, within = turned_towards(q, seed, bound_rows, j)
+            q, within = turn_towards(q, seed, bound_rows, j)
             store(q_rows, 6 * k + j, minimum(maximum(q, load(bound_rows, j)), load(bound_rows, n + j)))
             cost = maximum(cost, where(within, abs(q - seed), np.inf))
         better = cost < load(cost_rows, 0)
@@ -56,7 +56,7 @@ def nearest_branch(q_rows, known_rows, seed_rows, bound_rows, best_rows, cost_ro
 
 
 @kernel
-def turned_towards(q, seed, bound_rows, j):
+def turn_towards(q, seed, bound_rows, j):
     """q of joint j with whole turns towards the seed within the bounds; and whether it is within them."""
     n = bound_rows.shape[0] // N_BOUNDS
     lower, upper, turn = load(bound_rows, j), load(bound_rows, n + j), load(bound_rows, 2 * n + j)
@@ -68,45 +68,45 @@ def turned_towards(q, seed, bound_rows, j):
 
 @routine
 def is_any_hardly_beyond(q_rows, known_rows, bound_rows):
-    """Whether ``hardly_beyond`` is true for any branch in any lane.
+    """Whether ``is_hardly_beyond`` is true for any branch in any lane.
 
     q_rows: Six rows a branch. known_rows: N_KNOWN a branch.
     """
-    n, found, bounded = bound_rows.shape[0] // N_BOUNDS, False, False
+    n, is_any, bounded = bound_rows.shape[0] // N_BOUNDS, False, False
     for j in range(n):  # a joint that can make whole turns within its bounds is never beyond them
         bounded |= any_lane(load(bound_rows, n + j) - load(bound_rows, j) < load(bound_rows, 2 * n + j))
     if not bounded:
         return False
     for k in range(q_rows.shape[0] // 6):
-        found |= any_lane(hardly_beyond(q_rows, known_rows, k, bound_rows))
-    return found
+        is_any |= any_lane(is_hardly_beyond(q_rows, known_rows, k, bound_rows))
+    return is_any
 
 
 @kernel
-def hardly_beyond(q_rows, known_rows, k, bound_rows):
+def is_hardly_beyond(q_rows, known_rows, k, bound_rows):
     """Whether branch k is real and beyond the bounds, up to whole turns, and no joint by more than HARDLY_BEYOND."""
     n, real = bound_rows.shape[0] // N_BOUNDS, load(known_rows, N_KNOWN * k + RESIDUAL) <= REACHED
-    furthest = where(real, 0.0, np.inf)
+    max_excess = where(real, 0.0, np.inf)
     for j in range(n):
-        _, half, away = from_middle(load(q_rows, 6 * k + j), bound_rows, j)
-        furthest = maximum(furthest, where(half < np.inf, abs(away) - half, 0.0) / load(bound_rows, 4 * n + j))
-        if not any_lane(furthest <= HARDLY_BEYOND):
+        _, half, offset = offset_from_middle(load(q_rows, 6 * k + j), bound_rows, j)
+        max_excess = maximum(max_excess, where(half < np.inf, abs(offset) - half, 0.0) / load(bound_rows, 4 * n + j))
+        if not any_lane(max_excess <= HARDLY_BEYOND):
             break
-    return (furthest > AT_LIMIT) & (furthest <= HARDLY_BEYOND)
+    return (max_excess > AT_LIMIT) & (max_excess <= HARDLY_BEYOND)
 
 
 @kernel
-def from_middle(q, bound_rows, j):
+def offset_from_middle(q, bound_rows, j):
     """The middle of joint j's bounds, half their width, and q's offset from the middle, up to whole turns."""
     n = bound_rows.shape[0] // N_BOUNDS
     lower, upper = load(bound_rows, j), load(bound_rows, n + j)
     middle = 0.5 * (lower + upper)
-    away = q - middle
-    return middle, 0.5 * (upper - lower), away - load(bound_rows, 2 * n + j) * rint(away * load(bound_rows, 3 * n + j))
+    offset = q - middle
+    return middle, 0.5 * (upper - lower), offset - load(bound_rows, 2 * n + j) * rint(offset * load(bound_rows, 3 * n + j))
 
 
 @routine
-def put_inside(q_rows, seed_rows, bound_rows, inside_rows):
+def clip_branch(q_rows, seed_rows, bound_rows, inside_rows):
     """Write a branch with whole turns towards the seed; joints beyond their bounds are put at the nearest bound.
 
     All arguments have six rows.
@@ -115,9 +115,9 @@ def put_inside(q_rows, seed_rows, bound_rows, inside_rows):
     for j in range(6):
         q = load(q_rows, j)
         if j < n:
-            turned, within = turned_towards(q, load(seed_rows, j), bound_rows, j)
-            middle, half, away = from_middle(q, bound_rows, j)
-            q = where(within, turned, middle + minimum(maximum(away, -half), half))
+            turned, within = turn_towards(q, load(seed_rows, j), bound_rows, j)
+            middle, half, offset = offset_from_middle(q, bound_rows, j)
+            q = where(within, turned, middle + minimum(maximum(offset, -half), half))
             q = minimum(maximum(q, load(bound_rows, j)), load(bound_rows, n + j))
         store(inside_rows, j, q)
 
@@ -134,7 +134,7 @@ def turn_within(q_rows, known_rows, branch, seed_rows, bound_rows):
     all_within = real
     for j in range(n):
         q = load(q_rows, j)
-        turned, within = turned_towards(q, load(seed_rows, j), bound_rows, j)
+        turned, within = turn_towards(q, load(seed_rows, j), bound_rows, j)
         store(q_rows, j, where(within, turned, q))
         all_within = all_within & within
     for j in range(n):

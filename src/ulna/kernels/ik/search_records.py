@@ -21,7 +21,7 @@ class SearchSettings(Record):
         with_posture: Whether there is a posture.
         task: Components of the pose error that count: WHOLE_POSE, WITH_SLACK or POINTING, in the target's axes.
         slack: Tolerance of each component at no cost [m, rad], read unless the task is the WHOLE_POSE.
-        far: The square of the distance [m^2] beyond which the damping grows no more; 0 for no such distance.
+        max_square: The square of the distance [m^2] beyond which the damping grows no more; 0 for no such distance.
     """
 
     position_tolerance: float
@@ -33,7 +33,7 @@ class SearchSettings(Record):
     with_posture: bool
     task: int
     slack: Annotated[NDArray[np.float64], 6]
-    far: float
+    max_square: float
 
 
 class SearchResult(Record):
@@ -46,7 +46,7 @@ class SearchResult(Record):
         position_error: Distance of the configuration's pose from the target [m].
         rotation_error: Angle between them [rad].
         residual: The components of the error, in the target's axes [m, rad].
-        missed: The squared residual of the task [m^2 + rad^2].
+        residual_square: The squared residual of the task [m^2 + rad^2].
         damping: The damping of the last step.
     """
 
@@ -56,7 +56,7 @@ class SearchResult(Record):
     position_error: float
     rotation_error: float
     residual: Annotated[NDArray[np.float64], 6]
-    missed: float
+    residual_square: float
     damping: float
 
 

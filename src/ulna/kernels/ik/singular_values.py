@@ -28,7 +28,7 @@ def damped_by_singular_values(jacobian_rows, n_dof, damping, e, rotated_rows):
     J is overwritten: x is the sum of its six rows weighted by rotated_rows[:6].
     """
     begin_rotation(e, rotated_rows)
-    orthogonalise_all(jacobian_rows, n_dof, rotated_rows)
+    orthogonalize_all(jacobian_rows, n_dof, rotated_rows)
     total = splat(0.0, e[0])
     for k in range(6):
         total = total + dot_rows(jacobian_rows, n_dof, k, k)
@@ -53,7 +53,7 @@ def begin_rotation(e, rotated_rows):
 
 
 @kernel
-def orthogonalise_all(jacobian_rows, n_dof, rotated_rows):
+def orthogonalize_all(jacobian_rows, n_dof, rotated_rows):
     """Step 1, for n_dof columns of J and seven others."""
     for _ in range(SWEEPS):
         for p in range(5):

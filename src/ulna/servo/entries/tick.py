@@ -48,7 +48,7 @@ from ulna.kernels.collision.ball_motion import fastest_ball, world_rounding, wri
 from ulna.kernels.collision.collision_layout import DISTANCE, PAIR_BODY, PAIR_OTHER, PAIR_WIDTH
 from ulna.kernels.collision.contacts import SAME, copy_row, find_near_pairs, write_contact, write_gradient
 from ulna.kernels.collision.posed_pair import place_bodies
-from ulna.kernels.collision.scene import BOXES, SHAPES, Apart, Edge, EdgeCheck, Near, Scene
+from ulna.kernels.collision.scene import BOXES, SHAPES, Edge, EdgeCheck, Margins, Near, Scene
 from ulna.kernels.ik.search_layout import N_SYSTEM
 from ulna.kernels.layout import LARGEST
 from ulna.kernels.servo.braking import (
@@ -166,14 +166,14 @@ class Tick(NamedTuple):
     scene: Scene
     carried: NamedTuple
     work: tuple
-    of_world: float
+    object_rounding: float
     near: Near
     gradients: NDArray
     """Gradients of the distances of the near pairs, shape (MAX_PAIRS + 1, n_dof) [m/rad or 1]. The last row is scratch."""
     excess: NDArray
     """Distance of each pair beyond its required distance, and last the smallest of all (``find_near_pairs``)."""
     wider: NDArray
-    """Distance beyond the clearance that each object needs (``scene.Apart``) [m]."""
+    """Distance beyond the clearance that each object needs (``scene.Margins``) [m]."""
     moving: Records[MovingObject]
     """The objects that may move by themselves, shape (n,)."""
     touching: NDArray
@@ -389,9 +389,9 @@ def is_free(tick, q_a, q_b, spread, margin, time):
     time: Time from now until objects may move [s].
     """
     widen(tick, time)
-    apart = Apart(tick.wider, tick.touching[: tick.counters.touching], tick.near.planes)
-    check = EdgeCheck(tick.scene, tick.carried, tick.work, tick.of_world)
-    return edge_is_free(check, Edge(q_a, q_b, spread), RESOLUTION, margin, apart, 0)
+    margins = Margins(tick.wider, tick.touching[: tick.counters.touching], tick.near.planes)
+    check = EdgeCheck(tick.scene, tick.carried, tick.work, tick.object_rounding)
+    return edge_is_free(check, Edge(q_a, q_b, spread), RESOLUTION, margin, margins, 0)
 
 
 @kernel
@@ -522,9 +522,9 @@ def measure_near(tick, q, near, excess, time):
     excess[-1] = NEAR
     widen(tick, time)
     place_bodies(tick.scene.joints, tick.scene.bodies, q, near.joint_rows, near.body_rows)
-    apart = Apart(tick.wider, tick.touching[:0], tick.near.planes)
+    margins = Margins(tick.wider, tick.touching[:0], tick.near.planes)
     near.unseen[0] = NEAR
-    count = find_near_pairs(tick.scene, tick.settings.clearance, apart, NEAR, near, excess)
+    count = find_near_pairs(tick.scene, tick.settings.clearance, margins, NEAR, near, excess)
     tick.report.bounded = tick.report.bounded or near.unseen[0] < NEAR
     return count
 
