@@ -32,6 +32,7 @@ endif
 lint: $(VENV)/.dev
 	$(RUN)/ruff check
 	$(RUN)/ruff format --check
+	$(RUN)/python tests/english.py
 	$(RUN)/codespell README.md CONTRIBUTING.md docs src hw2 examples benchmarks native
 	$(RUN)/pyright --threads 2 --pythonpath $(RUN)/python
 	$(RUN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml

@@ -92,7 +92,7 @@ def docstrings_of(source: str) -> Iterator[Piece]:
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and (text := ast.get_docstring(node)):
             text = re.sub(r"(?m)^\s*>>> .*\n(\s*\S.*\n?)*", "\n", text + "\n")  # examples
-            text = re.sub(r"(?m)^( {4,}\S.*\n)+(?=\n|\Z)", "", text) if "::\n" in text else text
+            text = re.sub(r"(?m)(?<=\n\n)( {4,}\S.*\n)+(?=\n|\Z)", "", text)  # formulas, and blocks of code
             text = re.sub(r"(?m)^=+( =+)+\n(.*\n)*?=+( =+)+$", "", text)  # tables
             text = re.sub(r"``[^`]*``|`[^`]*`", "X", text)
             parts = re.split(r"\n\s*\n|\n(?=\s*(?:[-*] |\d+\. |\w[\w, *]*: ))", text)

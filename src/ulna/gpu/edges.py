@@ -44,7 +44,7 @@ def edge_tables(scene: DeviceScene, known: EdgeTables | None = None) -> EdgeTabl
         balls, order, first, groups, runs, others, lengths = map(device.on_device, (*carried[:6], carried.steps[:, STEP_LENGTH]))
         known = EdgeTables(balls, order, first, groups, runs, others, lengths, 0.0)
     of_clouds = max((4.0 * ROUNDING * placed.farthest for placed in scene.clouds), default=0.0)
-    return known._replace(of_world=max(float(world_rounding(scene.on_host)), of_clouds))
+    return known._replace(object_rounding=max(float(world_rounding(scene.on_host)), of_clouds))
 
 
 def near_for(scene: DeviceScene, n: int) -> Any:

@@ -60,7 +60,7 @@ class DeviceSolutions(IKSolutions):
         return self._proofs()
 
     def copy_to_host(self) -> IKSolutions:
-        """These solutions as NumPy arrays."""
+        """Copy the solutions to NumPy arrays."""
         q, valid, real = (array.copy_to_host() for array in (self.q, self.valid, self.real))
         return IKSolutions(q, valid, real, self.proof, self.family)
 

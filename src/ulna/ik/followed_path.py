@@ -30,7 +30,7 @@ class Ending:
     """The data of a ``Reason`` why no joint path continues to a pose.
 
     Attributes:
-        status: The reason in a word.
+        status: The kind of reason.
         alive: The number of known configurations in which a path to the previous pose ends.
         smallest_step: The smallest joint step from these to a valid solution of the pose [rad or m], with the whole turns that
             the limits allow; infinite if none is known.

@@ -35,7 +35,7 @@ class Options(NamedTuple):
     trace: bool = False
 
     def checked(self) -> "Options":
-        """These options, validated: the task as a ``Task``, numbers as Python's own types."""
+        """Validate the options: the task as a ``Task``, numbers as Python's own types."""
         if self.rank is not None and (not isinstance(self.rank, str) or self.rank not in RANKS):
             raise InputError("rank", f"{self.rank!r} is not a rank{did_you_mean(str(self.rank), RANKS)}")
         return self._replace(

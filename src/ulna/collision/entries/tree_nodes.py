@@ -103,7 +103,7 @@ def write_levels(nodes, first, n):
 
 @kernel
 def write_lane_above(nodes, number, i, lane):
-    """Write the AABB and the place of a node of AABBs to a lane of the node above, whose first row is i."""
+    """Write the AABB and the number of a node to a lane of its parent, whose first row is i."""
     source = NODE_ROWS * number
     for axis in range(3):
         low, high = nodes[source + axis, 0], nodes[source + 3 + axis, 0]

@@ -42,7 +42,7 @@ class LayerEdges:
     sources: Counts
 
     def without(self, begin: int, end: int) -> LayerEdges:
-        """These edges without one of them."""
+        """The edges without one of them."""
         is_other = (self.begin != begin) | (self.end != end)
         return LayerEdges(self.begin[is_other], self.end[is_other], self.cost[is_other], self.shift[is_other], self.sources)
 

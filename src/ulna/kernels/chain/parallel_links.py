@@ -78,7 +78,7 @@ def four_angles(first, fifth, sixth, bend):
 def links(table, both, v, angles, row, branches, known):
     """Write n branches from this row on; angles: q_1, q_5, q_6 and q_2 + q_3 + q_4.
 
-    both: two and three. v: Without the part behind joint 4. known: ``branch_records.Sure``.
+    both: two and three. v: Without the part behind joint 4. known: ``branch_records.Accuracy``.
     """
     (two, three), (residual_square, conditioning, determination, separation) = both, known
     sign_rows, n, free_rows, q_rows, known_rows = branches

@@ -103,7 +103,7 @@ def spherical_wrist(table, motion, p, branches):
 def wrist(table, whole, angles, row, branches, known):
     """Step 3: write n branches from this row on.
 
-    whole: W. angles: q_1, q_2 and q_3. known: ``branch_records.Sure``.
+    whole: W. angles: q_1, q_2 and q_3. known: ``branch_records.Accuracy``.
     """
     (sign_rows, n, free_rows, q_rows, known_rows), (residual_square, conditioning, determination, separation) = branches, known
     h4, h5, h6, axis = tabled(table, AXES + 3), tabled(table, AXES + 4), tabled(table, AXES + 5), column(whole, 2)

@@ -78,7 +78,7 @@ def held_back(pane, x, y, nearest, opacity, edge):
 
 @kernel
 def half_pane(a, b, c, x, y):
-    """The nearness of a pane's half a, b, c at (x, y), and the distance from its edges a b and b c."""
+    """The nearness of a pane's half a, b, c at (x, y), and its distance to two edges."""
     area = twice_area(a, b, c)
     if area == 0.0:
         return 0.0, -1.0
