@@ -122,7 +122,7 @@ HEADER = """| robot | links | dof | pose | Jacobian | load [ms] |
 |---|---:|---:|---:|---:|---:|
 """
 NOTES = """
-Pinocchio's mimic option refuses `{}` ("The parent joint of the mimic joint is not in the kinematic tree"). For these robots
+Of the robots of example-robot-data, Pinocchio's mimic option refuses `{}` ("The parent joint of the mimic joint is not in the kinematic tree"). For these robots
 Pinocchio's model was built without the option, and the test computed the mimic joints. The slow reference implementation of the
 tests agrees too.
 
@@ -195,8 +195,8 @@ Ulna refuses:
 
 In 46 models of the first row and 7 of the others a mesh or a texture was missing or larger than 4 MB; they were read without
 it. The poses are computed from the numbers in the model. MuJoCo itself rounds the frame of a
-geom. If that frame is within 1e-6 of the body's frame or of its center of mass, MuJoCo uses the latter. So MuJoCo's pose of such
-a geom may differ from Ulna's by up to 1e-6.
+geom: if the frame is within 1e-6 of the body's frame, MuJoCo takes the body's frame instead. It does the same with the frame at
+the body's center of mass. So MuJoCo's pose of such a geom may differ from Ulna's by up to 1e-6.
 """
 
 
