@@ -122,9 +122,9 @@ HEADER = """| robot | links | dof | pose | Jacobian | load [ms] |
 |---|---:|---:|---:|---:|---:|
 """
 NOTES = """
-Of the robots of example-robot-data, Pinocchio's mimic option refuses `{}` ("The parent joint of the mimic joint is not in the kinematic tree"). For these robots
-Pinocchio's model was built without the option, and the test computed the mimic joints. The slow reference implementation of the
-tests agrees too.
+Of the robots of example-robot-data, Pinocchio's mimic option refuses `{}`
+("The parent joint of the mimic joint is not in the kinematic tree"). For these robots Pinocchio's model was built without the
+option, and the test computed the mimic joints. The slow reference implementation of the tests agrees too.
 
 ### Not loaded
 
