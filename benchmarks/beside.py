@@ -17,7 +17,7 @@ def beside_rows(data: dict) -> list[dict[str, str]]:
     fk, batches = data["forward_kinematics"], data["batches"]
     rows = [
         _row("one forward kinematics, Panda", _times(fk, robot="panda")),
-        _row("the same, Pinocchio's frame placement looked up before", _times(fk, ", placement kept", robot="panda")),
+        _row("the same, Pinocchio's placement object kept", _times(fk, ", placement kept", robot="panda")),
         _row("one Jacobian, Panda", _times(data["jacobian"], robot="panda")),
         _row(
             "4,096 forward kinematics, Panda; the others in a loop",

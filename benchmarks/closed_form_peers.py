@@ -19,7 +19,7 @@ from benchmarks.ik_branches import distinct
 Array = NDArray[np.float64]
 _REPEATS, _MANY, _FEW, _COMPARED = 15, 2048, 64, 300
 _REACHED, _APART = 1e-6, 1e-3
-HEAD = "\n| arm | library | 2,048 at once | one call | missed | Ulna missed | largest error |\n|---|---|---|---|---|---|---|\n"
+HEAD = f"\n| arm | library | batch | one call | only Ulna's | only the library's | largest error |\n|{'---|' * 7}\n"
 _JAIK = {"UR5": "ur5", "UR5e": "ur5e", "UR10": "ur10", "UR10e": "ur10e", "UR3": "ur3"}
 
 

@@ -122,7 +122,10 @@ def of_eaik(robot: ulna.Robot, targets: Array) -> tuple[int, int]:
 
 def branches_table(n: int, n_searched: int) -> Iterator[str]:
     """A row for each arm."""
-    yield "| arm | random targets | missed | largest error | nearly singular | missed | largest error | search, EAIK know more |"
+    yield (
+        "| arm | random targets | not found | largest error | nearly singular targets | not found | largest error | "
+        "branches found only by search, by EAIK |"
+    )
     yield "|---|---|---|---|---|---|---|---|"
     for name, robot in arms():
         rng = np.random.default_rng(1)
@@ -154,8 +157,9 @@ def speed_table() -> Iterator[str]:
     belongs to the first run, after the other work has used the cache.
     """
     yield (
-        "| arm | all branches, 2,048 at once | EAIK, batch | ratio | `all_solutions`, 2,048 at once | ratio | one call | "
-        "EAIK | ratio | `inverse_kinematics`, 2,048 at once | one call |"
+        "| arm | branches, batch | EAIK, batch | EAIK / branches, batch | `all_solutions`, batch | "
+        "EAIK / `all_solutions`, batch | `all_solutions`, one call | EAIK, one call | "
+        "EAIK / `all_solutions`, one call | `inverse_kinematics`, batch | `inverse_kinematics`, one call |"
     )
     yield "|" + "---|" * 11
     for name, robot in arms():

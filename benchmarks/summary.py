@@ -51,7 +51,7 @@ WORDS = {
     **OF_SCENES,
     "as dense": "constant density",
     "denser": "growing density",
-    "pin, placement kept": "pin, frame looked up before",
+    "pin, placement kept": "pin, placement object kept",
 }
 README_PEERS = ("Pinocchio", "Robotics Toolbox", "MuJoCo", "TRAC-IK", "ikpy")
 SOLVERS = ("roboticstoolbox-python", "pytracik", "frankik", "ssik", "EAIK")
