@@ -127,7 +127,7 @@ def test_on_a_line_no_acceleration_is_lost_to_how_far_a_motion_may_leave_it(pand
 def test_an_arm_at_rest_does_not_take_a_motion_that_moves_at_an_end():
     robot = ulna.load("panda")
     motion = robot.plan(robot.home, robot.home + 0.2).trajectory(start_velocity=np.full(7, 0.1), **FRANKA)
-    with pytest.raises(InputError, match="motion: it moves at its start or at its end, and the arm is at rest there"):
+    with pytest.raises(InputError, match="motion: it does not start and end at rest, as the arm does"):
         Recorder(robot.home).run(motion)
 
 

@@ -31,7 +31,7 @@ class WorldState(NamedTuple):
     """The objects of a world at one moment, by name. Shapes and poses are the world's own.
 
     Attributes:
-        number: The number of changes of the world until then.
+        number: The number of changes of the world up to this moment.
         shapes: The shapes.
         poses: T_base_object, shape (4, 4).
         touch_links: The links that may touch an object, if there are any.
@@ -390,7 +390,11 @@ class World:
             return self._objects
 
     def changed_since(self, number: int) -> WorldState | None:
-        """The objects, if there was a change after a number of changes; a snapshot."""
+        """A snapshot of the objects, or None if nothing has changed since an earlier snapshot.
+
+        Args:
+            number: ``WorldState.number`` of the earlier snapshot; -1 if there is none.
+        """
         with self._lock:
             if number == self._n_updates:
                 return None
