@@ -1,4 +1,8 @@
-"""Reads obstacles and the shapes to check in place of meshes: ``--scene``, ``--box``, ``--cloud``, ``--meshes``."""
+"""Reads the options of a command that define obstacles and collision shapes.
+
+``--scene``, ``--box`` and ``--cloud`` define obstacles. ``--meshes`` selects the shapes that are checked in place of the robot's
+collision meshes.
+"""
 
 import warnings
 from collections.abc import Sequence

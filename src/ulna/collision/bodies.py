@@ -1,4 +1,7 @@
-"""Makes the tables of a robot's collision bodies and of the pairs to check, and the scene of a world."""
+"""Makes the tables of a robot's collision bodies and of the pairs to check, and the scene of a world.
+
+A *scene* joins these tables with the tables of a world's objects, as compiled functions take them (``kernels.collision.scene``).
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

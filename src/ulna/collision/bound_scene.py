@@ -1,4 +1,8 @@
-"""Binds entries to a scene."""
+"""Binds compiled functions to a scene, so that their callers pass only the other arguments.
+
+A *scene* contains the tables of a robot and of the objects of a world (``kernels.collision.scene``). The compiled functions,
+called *entries*, take it as their first argument (``engine.entries``).
+"""
 
 from collections.abc import Callable
 from typing import Any, TypeVar

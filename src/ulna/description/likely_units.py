@@ -1,7 +1,7 @@
 """Warns of lengths and angles that are more likely in another unit than meters and radians.
 
-A size alone is never refused: there are arms of millimeters, and arms of a hundred meters. Only impossible values are refused: a
-camera that sees nothing within ``FAR``.
+A size alone is never refused: there are arms of millimeters, and arms of a hundred meters. Only an impossible value raises an
+error: a depth image in which even the nearest depth is beyond ``FAR``, farther than any depth camera sees.
 """
 
 import math

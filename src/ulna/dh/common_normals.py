@@ -15,16 +15,18 @@ Rules where the product is not unique:
    The last x of a standard table is the one with the smaller rotation to the tip's x, where the table ends.
 3. Parallel axes have a common normal everywhere: take the one that makes d of the first axis zero. For coincident axes theta is
    zero too.
-4. If the last axis is parallel to the tip's z, a standard table ends level with the tip; a modified one ends at the last joint's
-   own origin. If they coincide, x_n is the tip's x.
+4. If the last axis is parallel to the tip's z, the last common normal may start anywhere on this axis. In a standard table it
+   starts at the projection of the tip's origin onto the axis. In a modified table it starts at the last joint's own origin. If
+   the axis and the tip's z coincide, x_n is the tip's x.
 5. The base's z and the tip's z count as parallel to their neighbor within 1e-3 rad. T_base_0 and T_n_tip represent any tilt
    exactly, and a distant common normal would be useless.
-6. Only the direction of a prismatic joint matters. Its axis passes through the next frame's origin, so a and the next d are zero.
-   If the two axes after it are within 1e-3 rad of parallel, that frame is distant or arbitrary. Then the axis passes through the
-   next joint's own origin. In a standard table that ends there, it passes through the point level with the tip.
-7. Rule 3 may start a normal farther away than the arm is long, if other nearly parallel axes have their normal there. Then the
-   normal starts at the joint's own origin: a neglected tilt causes an error in proportion to that distance. Without a tilt, rule
-   3 holds.
+6. Only the direction of a prismatic joint matters, so its axis may be placed anywhere. It passes through the origin of the next
+   frame, which makes a and the next d zero. This origin is the start of the common normal of the next two axes. If these two are
+   within 1e-3 rad of parallel, the start is far away or arbitrary. The prismatic axis then passes through the next joint's own
+   origin. If the second of the two is the tip's z, a standard table uses the projection of rule 4 instead.
+7. By rule 3 a normal starts at the end of the previous normal. This point may be farther away than the arm is long, if the
+   previous axes are nearly parallel. The normal then starts at the joint's own origin. The reason: a tilt that is neglected
+   causes an error in proportion to the distance of the normal. If the axes have no tilt, rule 3 holds at any distance.
 """
 
 from dataclasses import dataclass

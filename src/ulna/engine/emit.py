@@ -1,7 +1,7 @@
 """Writes the machine code of entries as object files, for a wheel.
 
-``python -m ulna.engine.emit ulna FOLDER together``, and ``rest``: the entries that are compiled in one process
-(``Entries.are_together``), and the others.
+``python -m ulna.engine.emit ulna FOLDER PART`` writes one of two parts. The part ``together`` contains the entries that are
+compiled in one process (``Entries.are_together``). The part ``rest`` contains all other entries.
 
 1. Numba compiles an entry for one signature, for the CPU that ``NUMBA_CPU_NAME`` names, as it does in a running program.
 2. A second function is added to its optimized module, with a plain C interface of 8-byte slots (``native``).

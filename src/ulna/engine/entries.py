@@ -1,9 +1,10 @@
 """Provides entries: machine code of a wheel if it contains some, otherwise code that Numba compiles.
 
-An entry is a function that Python calls. It owns its workspaces and runs kernels over a batch, eight problems at a time. The
-entries of a room are in its package ``entries``. A caller imports a module of it and calls the function: ``from
-ulna.kinematics.entries import forward``, then ``forward.forward_batch(chain, q, out)``. The import loads nothing. The module,
-with its kernels and the compiler, is loaded at the function's first use, and not at all if it was compiled ahead.
+An entry is a function that Python calls. It owns its workspaces, the scratch memory, and runs kernels over a batch, eight
+problems at a time. The entries of a folder, such as ``ulna/kinematics``, are in its package ``entries``. A caller imports a
+module of it and calls the function: ``from ulna.kinematics.entries import forward``, then ``forward.forward_batch(chain, q,
+out)``. The import loads nothing. The module, with its kernels and the compiler, is loaded at the function's first use, and not at
+all if it was compiled ahead.
 """
 
 import importlib
@@ -49,7 +50,7 @@ def modules_of(package: str) -> Callable[[str], ModuleType]:
 
 @dataclass(frozen=True)
 class Entries:
-    """The entries of all rooms of a package, in their packages ``entries``.
+    """The entries of all folders of a package, in their packages ``entries``.
 
     An entry's name is its module in the package and its function, such as ``"kinematics.entries.forward.forward_one"``.
     """

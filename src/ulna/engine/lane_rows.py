@@ -1,4 +1,7 @@
-"""Compiles the creation of rows of lanes, and loads and stores of eight columns of a batch as lanes.
+"""Compiles functions that allocate rows of lanes, and that load and store eight columns of a batch.
+
+A load of eight columns reads eight rows of an array. Its result has one number of eight lanes per column, with one row of the
+array in each lane. A store is the reverse.
 
 A row fills a cache line of 64 bytes. NumPy's and Numba's own arrays begin at multiples of 16 or 32 bytes: a row may then span two
 lines, and each load and each store of it touches both.

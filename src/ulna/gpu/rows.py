@@ -1,4 +1,7 @@
-"""Converts rows of numbers on a GPU."""
+"""Converts arrays of float32 to float64 on a GPU.
+
+A robot with ``float32`` takes such arrays, and converts them for the methods that compute in float64.
+"""
 
 from math import prod
 from typing import Any

@@ -1,4 +1,7 @@
-"""Explains why something was not found: a sentence and its data for the caller, and their raw material."""
+"""Defines the reason why something was not found, and the numbers and names from which it is made.
+
+``Reason`` is the sentence and the data that the caller gets. ``Explanation`` contains the numbers and names.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

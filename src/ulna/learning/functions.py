@@ -1,7 +1,8 @@
 """Defines functions of q with gradients, for any library of arrays.
 
-``write`` evaluates a function with NumPy's arrays, or with the library's own on a GPU. ``gradient`` differentiates it. It is
-written in the library's operations and calls other functions of q through the library, so it is differentiable again.
+``write`` evaluates a function with NumPy's arrays, or with the library's own on a GPU. ``gradient`` computes the function's
+gradient. It uses only the library's operations, and calls other functions of q through the library. So the gradient can be
+differentiated again.
 """
 
 from dataclasses import dataclass, replace

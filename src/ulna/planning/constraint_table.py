@@ -1,4 +1,8 @@
-"""Builds the table of a motion's constraints, and bounds the share of their tolerances that edges use."""
+"""Builds the table of a motion's constraints, and bounds how much of a tolerance each edge uses.
+
+The share of a tolerance is the largest deviation on an edge, divided by the tolerance. An edge satisfies a constraint if the
+share is at most 1.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Computes the missing chunks of a map, by threads of this process or by a Dask cluster.
 
 1. The missing chunks wait in their order. A task gets at most ``_MAX_CHUNKS`` of them, and fewer towards the end.
-2. At most ``_MAX_PENDING`` tasks a thread are under way. So neither the memory of the scheduler nor the loss at its end
-   grows with the map.
+2. At most ``_MAX_PENDING`` tasks a thread are under way. So the scheduler's memory does not grow with the map, nor does the
+   number of results that are lost if the scheduler ends.
 3. Threads and cluster are executors of ``concurrent.futures``. Dask's executor repeats a task whose worker has died. It also
    recomputes an outcome that was lost with its worker.
 

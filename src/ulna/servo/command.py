@@ -1,4 +1,4 @@
-"""Defines the command of a servo's tick: the state to reach, its status, and the limit that holds it."""
+"""Defines the command of a servo's tick: the state to reach, its status, and the joint or object that limits it."""
 
 from enum import StrEnum
 from typing import NamedTuple

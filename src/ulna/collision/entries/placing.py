@@ -1,4 +1,4 @@
-"""Copies an object's pose if it is an exact rigid motion."""
+"""Copies an object's pose if it is an exact rigid motion; otherwise writes nothing and returns False."""
 
 from ulna.engine.decorators import low_latency_entry
 from ulna.engine.signatures import MATRIX

@@ -1,4 +1,7 @@
-"""Imports ``ros1`` and ``ros2``, which need ROS, with an error that names missing parts; ends nodes cleanly."""
+"""Imports the modules ``ros1`` and ``ros2``, and ends their ROS nodes cleanly.
+
+Both modules need ROS. If the import fails, the error names the missing part and a command that works without ROS.
+"""
 
 from __future__ import annotations
 

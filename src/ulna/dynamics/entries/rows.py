@@ -1,4 +1,8 @@
-"""Allocates the workspaces of the entries of dynamics."""
+"""Allocates the scratch memory, called workspaces, of the compiled functions for dynamics.
+
+A compiled function that Python calls is an *entry* (``engine.entries``). Each function here returns the arrays that an entry
+passes to its kernels (``kernels.dynamics.dynamics_records``).
+"""
 
 from ulna.engine.decorators import workspace
 from ulna.engine.lanes import empty_rows

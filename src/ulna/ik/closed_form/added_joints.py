@@ -4,7 +4,9 @@ An added joint is *free* if the task leaves its rotation open: three about the l
 a pointing task. Otherwise it is *at rest*: a solution of the six joints is a solution of the arm if the added joint is at 0. The
 added joints follow the arm's own joints, where they complete a family:
 
-1. One at rest intersects the last axis at its intersection with the axis before it (a wrist), or at the link's height on it.
+1. One added joint at rest intersects the last axis. Two points of intersection are tried. At the first, the last axis is nearest
+   to the axis before it: if these two axes intersect, the three axes are a wrist. The second is the projection of the link's
+   origin onto the last axis.
 2. Two at rest intersect the last axis: these three are a wrist. Three are a wrist at the link's origin, or anywhere on the link.
    The wrist is not on a revolute axis before it, since that axis would not move it; it is placed far away from it instead.
 3. A wrist is singular where its first and last axes are parallel. The angles between these two and the middle axis are made to

@@ -1,8 +1,8 @@
 """Decides whether an arm has a closed form, and of which family; the interface of this folder.
 
-The idea. The pose of the end is a product of rotations, rot(h_1, q_1) ... rot(h_6, q_6), about six axes with directions h_i. The
-last three axes of a *spherical wrist* intersect in a point. They do not move this point, so its position p depends on three
-joints alone:
+The idea. The pose of the end is a product of rotations, rot(h_1, q_1) ... rot(h_6, q_6), about six axes with directions h_i. R is
+the given rotation of the end, relative to its orientation at q = 0. The last three axes of a *spherical wrist* intersect in a
+point. They do not move this point, so its position p depends on three joints alone:
 
     p = R_1 (P_1 + R_2 (P_2 + R_3 P_3)),    R_i = rot(h_i, q_i),  P_i the vector from axis i to axis i + 1.
 
@@ -14,8 +14,8 @@ roots.)
 
 1. ``axes`` computes the axes. ``families`` finds which are parallel or intersect, exactly or nearly. It moves the axes to be
    exactly so, and ``miss`` is the size of that move. With a miss of at most 1e-12 a form is *exact*; up to 1e-3 its branches are
-   starts of Newton steps. A joint that another joint also rotates counts as one that rotates by the sum of both
-   (``axes.decoupled``).
+   starts of Newton steps. A mimic joint may rotate about the axis of a neighboring joint. The two then count as one joint, which
+   rotates by the sum of both angles (``axes.decoupled``).
 2. ``added_joints`` turns an arm of fewer joints into one of six. For an arm of seven joints one is held (``branches``).
 3. ``six_joints`` makes the table of the kernels (``kernels/chain``), which compute the branches. ``branches`` brings them into
    the limits.

@@ -3,10 +3,13 @@
 The three axes at the shoulder S intersect, and so do the three at the wrist W; axis 4 is the elbow's. The redundancy is the
 rotation of the arm about the line from S to W. Its angle is 0 if the first axis lies in the plane of the elbow.
 
-1. |S W| gives two values of q_4 (subproblem 3).
+1. The distance of S and W gives two values of q_4: the rotation about axis 4 brings W to this distance from S (subproblem 3).
 2. The elbow angle then determines the rotation of the shoulder, which brings S W to its place and rotates the elbow about it.
-3. A rotation is the product of three rotations in two ways: h_a . R h_c gives the middle one (subproblem 4), and subproblem 1 the
-   others. So there are two solutions for the shoulder and two for the wrist.
+3. A rotation R of the shoulder or the wrist is a product of rotations about three axes with directions h_a, h_b and h_c. The
+   component h_a . R h_c gives two angles about h_b (subproblem 4). For each, the angles about h_a and h_c bring one vector onto
+   another (subproblem 1). So there are two solutions for the shoulder and two for the wrist.
+
+The subproblems are numbered as by Elias and Wen, IK-Geo (2022), section 3.
 
 Source: Shimizu, Kakuya, Yoon, Kitagaki and Kosuge, Analytical inverse kinematic computation for 7-DOF redundant manipulators with
 joint limits and its application to redundancy resolution (2008).

@@ -1,4 +1,4 @@
-"""Writes an IK search to a lane, and its result out of it."""
+"""Writes the data of an IK search to a lane, and copies the search's result from the lane."""
 
 import numpy as np
 

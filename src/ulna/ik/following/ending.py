@@ -2,14 +2,16 @@
 
 1. Continue the ends of all paths to the pose: within the limits, and without them.
 2. If they continue within a step but collide, the collision is the reason. If they continue beyond the limits, the limits are.
-3. If nothing continues within a step, and the pose has no solution at all, inverse kinematics gives the reason. A singularity is
-   the reason under two conditions: the arm is nearly singular, and the step along the branch is too long only by its part along
-   the weakest direction.
+3. If nothing continues within a step, and the pose has no solution at all, inverse kinematics gives the reason. The reason is a
+   singularity if the arm is nearly singular, and one component alone makes the step too long. This component is the step along
+   the right singular vector of the smallest singular value.
 4. Otherwise the solutions are on other branches, or farther away than a step.
 
-Before step 2: if a step leads to a turn that was left out, since there are too many (``lifts``), this is the reason.
+If the limits allow too many whole turns, ``lifts`` searches only some of them. Before step 2, it is checked whether a short step
+leads to a turn outside the search. This is then the reason.
 
-Steps are measured between the limits. A whole turn counts as a long step if the joint has to make it.
+A step is the difference of two configurations, shortened by the whole turns that the limits allow. If the limits force a joint to
+make a whole turn, the turn counts in full.
 """
 
 import numpy as np

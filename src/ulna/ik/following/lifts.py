@@ -1,8 +1,9 @@
 """Numbers the whole turns within limits, and measures steps up to whole turns.
 
 A solution is stored once: each joint that can make whole turns is in the first turn from its lower limit. A *lift* adds turns.
-Two solutions less than half a turn apart differ by one shift of the lifts, so one search of the graph covers all lifts. If the
-limits are whole turns apart, a joint at one limit may be at the other: such a solution is stored twice.
+The shortest step between two solutions adds the same whole turns to every lift of the first: it shifts the lifts. So one search
+of the graph covers all lifts. If the limits are whole turns apart, a joint at one limit may be at the other: such a solution is
+stored twice.
 """
 
 from __future__ import annotations

@@ -12,9 +12,10 @@ the next angles then have an error of that size instead of a rounding.
 1. The error of the equation is eps / sqrt(c).
 2. The determination is multiplied by (1e9 c)^2 if that is less than 1, and compared with HARDLY_DETERMINED. So an amplitude
    counts as 0 if it is less than about thirty times its error.
-3. The separation, as a signed square, is multiplied by ``1e4 c a^2``, or by ``1e10 c a^2`` if it is negative, unless the factor
-   exceeds 1. It is then compared with COINCIDING and COMPLEX. So two roots count as one if they are nearer than about ten times
-   the error of the separation. Within about a hundred times the error, a pair is neither certainly real nor certainly complex.
+3. The separation s is negative if the roots are complex. Its square with the sign of s, s |s|, is multiplied by ``1e4 c a^2``, or
+   by ``1e10 c a^2`` if s is negative. A factor above 1 is replaced by 1. The product is compared with COINCIDING and COMPLEX. So
+   two roots count as one if they are nearer than about ten times the error of the separation. Within about a hundred times the
+   error, a pair is neither certainly real nor certainly complex.
 4. A branch that misses its target is certainly no solution if one of its pairs is certainly complex. If it is in doubt whether a
    pair is complex, the branch stays in doubt, whatever its other angles are.
 """

@@ -1,10 +1,13 @@
 """Solves two links about parallel axes 2 and 3 in the axes' frame; with a spherical wrist, the whole arm.
 
-In the frame F of axis 2 (``closed_form_rows``), ``v = F' R_1' p - F' P_1`` is a plane vector plus a known part along the axis.
-``two`` is P_2 and ``three`` is P_3 in this frame: v = R_2 (two + R_3 three).
+R_i is the rotation about axis i, and P_i the vector from axis i to axis i + 1 (``ik.closed_form.closed_form``). p is the vector
+from axis 1 to the wrist's center, or to axis 6 if there is no wrist.
 
-With a wrist (``parallel_wrist``), as in industrial arms, it is the first family of ``spherical_wrist``, with the steps and
-sources given there.
+F is the frame of axis 2 (``closed_form_rows``). In ``v = F' R_1' p - F' P_1`` the component along the axis is known. ``two`` is
+P_2 and ``three`` is P_3 in this frame: v = R_2 (two + R_3 three).
+
+``parallel_wrist`` solves arms with a spherical wrist, such as most industrial arms. The module ``spherical_wrist`` describes its
+steps and names their sources.
 """
 
 from ulna.engine.decorators import kernel

@@ -7,9 +7,9 @@ Universal Robots' arms are of this kind.
 1. h_2 . R_1' p = h_2 . (P_1 + P_2 + P_3 + P_4) gives q_1, with two solutions: everything behind axis 2 moves in planes.
 2. h_2 . R_1' R h_6 = h_2 . R_5 h_6 gives q_5, with two solutions; R_6' R_5' h_2 = R' R_1 h_2 gives q_6, and the whole rotation
    ``bend``.
-3. If sin q_5 = 0, axes 2 to 4 and 6 are parallel, and only ``bend`` and q_6 together are determined. Then q_6 takes the free
-   value, unless the two links do not reach. In this case ``bend`` is the nearest value for which they are just stretched or
-   folded.
+3. If sin q_5 = 0, axes 2 to 4 and 6 are parallel, and only ``bend`` and q_6 together are determined. Then q_6 takes the value
+   that the caller gives for an undetermined angle (``free_rows``). With this value the two links may not reach. In this case
+   ``bend`` is the nearest value for which they are just stretched or folded, and q_6 follows from it.
 4. R_1' p - P_1 - rot(h_2, bend) P_4 = R_2 (P_2 + R_3 P_3): its length gives q_3, with two solutions, and its direction q_2.
 
 All steps but the first are in the frames F_2 and F_6 of axes 2 and 6 (``closed_form_rows``, ``parallel_links``). W = F_2' R_1' R

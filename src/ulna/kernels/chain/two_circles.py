@@ -11,12 +11,13 @@ solve a quartic; here its geometry is used: the image of one circle, an ellipse,
    n_a^2 - n_b^2 = k - lambda. Newton's method within the bracket finds the root.
 3. Each line meets the circle in two points (subproblem 4). One sign chooses the line, one the point.
 4. Newton steps on the equation of step 1 restore the digits lost by ill-conditioned lines.
-5. The number of roots is that of the exact equation, unless rounding can have moved it across an equation with a double root.
-   With both lines normalized, the discriminant of step 1 is the product of the lines' discriminants and the square of their
-   resultant. A line certainly misses the circle in two cases. Either its own discriminant times the square of the resultant
-   exceeds the error of the equation. Or both lines miss it, and the product of their discriminants exceeds the error: this is a
-   lower bound of the equation's left side for every angle. If all roots are within a small angle r, these values scale for the
-   angle as a share of r: discriminants by r^2, the resultant by r^4, and the equation by r^4.
+5. Rounding changes the number of roots only if it moves the equation of step 1 across an equation with a double root. Both lines
+   are normalized. Then the equation's discriminant is the product of the lines' discriminants and the square of the lines'
+   resultant. A line certainly misses the circle in two cases. In the first, the line's discriminant times the square of the
+   resultant exceeds the error of the equation. In the second, both lines miss the circle, and the product of their discriminants
+   exceeds the error. This product is a lower bound of the equation's left side for every angle. If all roots are within a small
+   angle r, the test is made for the angle divided by r. Discriminants are then divided by r^2, and the resultant and the error by
+   r^4.
 """
 
 from ulna.engine.decorators import kernel, routine

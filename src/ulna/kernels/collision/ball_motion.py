@@ -10,8 +10,9 @@ The reason: a joint i that carries k rotates the vector dp/dq_k about the axis o
 The sum of |r_k| M_k bounds |p'| everywhere, and the smaller of the two bounds is taken. Seen from a joint that carries two
 bodies, only the joints behind it move the bodies. This bounds the change of their distance.
 
-The distance between a point and a convex body is a convex function of the point. The distance of two points is one of their
-difference. So the distance stays above its tangent at the middle. With n its gradient there,
+The distance between a point and a convex body is a convex function of the point. Likewise the distance between two points is a
+convex function of their difference: it is the length of this vector. So the distance stays above its tangent at the middle. With
+n its gradient there,
 
     d(t) >= d(c) - h |n . p'(c)| - h^2 / 2 max |p''|.
 

@@ -1,13 +1,13 @@
 """Computes contacts with the gradients of their distances, and finds the near pairs at one q.
 
-A pair is a body of the robot and another body, or an object of the world, numbered from the last body on. The search has these
-steps:
+A pair is a body of the robot, and another body or an object of the world. Objects are numbered after the n bodies: object w has
+the number n + w. The search has these steps:
 
 1. For each body of the robot, test the objects: the unindexed ones, and those within the distance in the BVH, from the nearest
    node on. Then test the robot's own pairs. Pairs whose bounding balls or boxes are too far apart are left out.
-2. Compute the contact of each other pair, and keep it if it is near enough. Of an object of many solids each body keeps the
-   nearest solid, and solids certainly farther away are not measured. In the second mode only the nearest pairs of all are kept,
-   up to the given room.
+2. Compute the contact of each other pair, and keep it if it is near enough. For an object of many solids, each body keeps the
+   nearest solid, and solids certainly farther away are not measured. If the caller gives ``excess`` (``find_near_pairs``), only
+   the nearest pairs of all are kept, as many as the caller's rows can hold.
 3. Sort the kept pairs, the nearest first.
 """
 

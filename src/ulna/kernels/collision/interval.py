@@ -7,14 +7,15 @@ An interval has one of three outcomes. Each follows from one distance d at its m
 - d > reach + margin: the pair is clear in all of the interval;
 - between: unknown, and the interval is split.
 
-Balls first. The ball of all bodies of a joint is compared with an object's box and with the boxes of nodes
-of the BVH (``reached``). The balls of two joints are compared with each other. Only near these, bodies are placed and compared,
-by their own bounding balls first. Of a ball, only the motion of its center towards the box counts (``ball_motion``).
+Balls are compared first. One ball contains all bodies of a joint. It is compared with the boxes of objects and with the boxes of
+nodes of the BVH (``reached``). The balls of two joints are compared with each other. If a ball is near, the bodies in it are
+placed and compared, by their own bounding balls first. For a ball, only the motion of its center towards the box counts
+(``ball_motion``).
 
-For a sphere and a sphere, capsule, box or half-space this is the exact distance. For other shapes a lower bound of the distance
-is computed (``posed_pair.rows_gap``), just far enough to decide whether it is above ``reach``. If the bound says "touches", it is
-computed once more, just far enough for that decision. So "clear" is certain; "touches" is certain up to the resolution of that
-bound.
+If one of two bodies is a sphere, and the other a sphere, capsule, box or half-space, the ball's distance is their exact distance.
+For other shapes a lower bound of the distance is computed (``posed_pair.rows_gap``), just far enough to decide whether it is
+above ``reach``. If this bound is at most the margin, a second bound is computed, just far enough to compare it with the margin.
+So the outcome "clear" is certain. The outcome "touches" is certain up to the resolution of the second bound.
 """
 
 from ulna.engine.decorators import kernel, routine

@@ -1,7 +1,7 @@
 """Finds the pair of minimum signed distance: robot with itself, robot with world.
 
-A result is three numbers: the distance [m], infinite if there is no pair; the body of the robot; and the other body, or the
-object, numbered from the last body on.
+A result is three numbers: the distance [m], infinite if there is no pair; the body of the robot; and the other body or the
+object. Objects are numbered after the n bodies: object w has the number n + w.
 """
 
 import numpy as np

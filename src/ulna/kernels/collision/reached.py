@@ -4,11 +4,11 @@ A body is a core swept by a ball of RADIUS (``kernels.layout``). For a sphere, a
 the core is the core itself. Then the distance from this box, less the radius, is the body's distance. Otherwise it is a lower
 bound.
 
-The children of a node are tested twice. The first test takes all eight children at once, a lane each, against one AABB round the
-body in all intervals. The second test takes each remaining child against the body in all eight intervals at once, a lane each. It
-compares two distances from the child's AABB with a bound on the body's motion, ``within`` [m]: those of the body's bounding ball
-and of the box round its core. A child that is farther away in every interval is clear as a whole. So the time of a search depends
-on nearby objects, not on the number of objects.
+The children of a node are tested twice. The first test takes all eight children at once, a lane each. It compares them with one
+AABB that contains the body in all eight intervals. The second test takes each remaining child against the body in all eight
+intervals at once, a lane each. It measures two distances from the child's AABB: the distance of the body's bounding ball, and of
+the box round the body's core. Both are compared with a bound on the body's motion, ``within`` [m]. A child that is farther away
+in every interval is clear as a whole. So the time of a search depends on nearby objects, not on the number of objects.
 
 The bound for the box round the core is the gap of two boxes along the body's axes. In the body's frame, a child's AABB with half
 extents h lies within a box of half extents |R|^T h about the same center.

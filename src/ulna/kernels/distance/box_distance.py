@@ -1,10 +1,12 @@
 """Computes the exact signed distance of two oriented boxes, with witness points and normal.
 
-Separate boxes. The pairs of nearest points form a convex set. Take a corner of this set. The faces that contain its two points
-share no direction. So one point is a corner of its box, or the points lie within edges that cross. In the second case each edge
-is the outermost one of its box along the edges' common perpendicular. The distance is therefore the minimum over 25 pairs of
-points: 16 corners, each with the nearest point of the other box, and one pair of edges for each of the 9 pairs of edge
-directions. Every candidate is a pair of points of the boxes, so no candidate is nearer than the distance.
+For separate boxes, the pairs of nearest points form a convex set. Let the pair (p, q) be an extreme point of this set. Let F and
+G be the smallest faces, edges or corners of the boxes that contain p and q. F and G share no direction. Otherwise both points
+could move along it, forwards and backwards, and stay a nearest pair. F and G are also perpendicular to the line through p and q.
+So p or q is a corner of its box, or F and G are edges that are not parallel. In the second case F and G are the outermost edges
+of their boxes along their common perpendicular. The distance is therefore the minimum over 25 pairs of points: 16 corners, each
+with the nearest point of the other box, and one pair of edges for each of the 9 pairs of edge directions. Every candidate is a
+pair of points of the boxes, so no candidate is nearer than the distance.
 
 Overlapping boxes are first moved apart along the axis of minimum overlap (``box_sat``). There they touch, and the same search
 finds the points. Boxes that touch (``CONTACT``) have distance zero and the normal of that axis, since the difference of such near

@@ -2,13 +2,14 @@
 
 It minimizes |J x - v|^2 + lambda |x|^2 with a lower and an upper bound on every x_j.
 
-A primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3). The active set holds the entries
-that are fixed at a bound; the others are free. The problem is strictly convex, so it has one minimum.
+The method is a primal active-set method (Nocedal and Wright, Numerical Optimization, 2nd ed., algorithm 16.3). The active set
+holds the entries that are fixed at a bound; the others are free. The problem is strictly convex, so it has one minimum.
 
 1. Start at 0, clipped to the bounds.
 2. Solve for the free entries, with the active ones fixed: x_f = J_f' (J_f J_f' + lambda I)^-1 (v - J_a x_a). If lambda is at most
-   _LOST of the sum of squares of J, use singular values instead (``singular_values``). For fewer than six entries J_f J_f' is
-   always singular, so _LOST_OF_FEW applies.
+   _LOST times the sum of squares of J, rounding in J_f J_f' would change it too much. Use singular values instead
+   (``singular_values``). For fewer than six entries J_f J_f' is always singular, so the larger factor _LOST_OF_FEW replaces
+   _LOST.
 3. Move towards that solution until a free entry reaches a bound, the blocking entry. Add it to the active set; repeat from 2.
 4. If no entry blocks, compute the derivative J_j' (J x - v) + lambda x_j of each active entry. Release the one that decreases
    fastest into the bounds; repeat from 2. If none decreases, x is the minimum.

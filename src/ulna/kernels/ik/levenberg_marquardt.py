@@ -9,9 +9,10 @@ upper bounds (2 n_dof); the state, as numbered below.
    fails.
 3. Every lane moves by J' (J J' + lambda I)^-1 e with lambda = c |e|^2 + 1e-12 (Sugihara, IEEE Trans. Robotics 2011), clipped to
    its bounds (``damped_system``). Further steps of an ended lane are ignored: its result is in the rows of the previous step. A
-   ``calm`` search adds |e| to lambda. For an unreachable target, the curvature of the arm, which J lacks, is about as large;
-   without this term the steps would overshoot forever. |e|^2 counts no distance beyond ``max_square``. A prismatic joint is
-   linear over any distance, so its steps need no damping, which would stall a long motion.
+   ``calm`` search adds |e| to lambda. Near an unreachable target e does not vanish. The exact second derivative of |e|^2 / 2 then
+   has a term that J J' lacks: the arm's curvature times e, about as large as |e|. Without |e| in lambda the steps would overshoot
+   forever. |e|^2 counts no distance beyond ``max_square``. A prismatic joint is linear over any distance, so its steps need no
+   damping, which would stall a long motion.
 4. With a posture, each step adds the part of (posture - q) in the null space of J (Liegeois 1977). A lane is solved only when
    that part is used up. dq = d + J' (J J' + lambda I)^-1 (e - J d), d = posture - q. The pose comes first: a lane that uses up
    its steps at the pose has solved it.

@@ -1,8 +1,9 @@
 """Reduces a pose error and its Jacobian to the components of a task.
 
-The swing of an axis is the smallest rotation between two directions.
+A component within its slack counts as zero, and beyond it only the excess over the slack counts (``task_error``). A pointing task
+counts the *swing* alone: the smallest rotation that brings the z axis of the pose onto the z axis of the target.
 
-Source: the bounds of TRAC-IK (Beeson and Ames, Humanoids 2015).
+Source: TRAC-IK (Beeson and Ames, Humanoids 2015), for the slacks.
 """
 
 import math

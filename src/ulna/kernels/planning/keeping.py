@@ -12,11 +12,11 @@ formula, with a remainder for vectors, gives for the motion relative to b
     |u_k| <= |u_k(c)| + h |u_k'(c)| + h^2 / 2 max |u''|,
     |x|   <= max |x(c) +- h x'(c)| + h^2 / 2 s W^2,               s = 1 for one axis, sqrt(2) for three axes.
 
-W is the sum of |r_i| over the revolute joints between a and b; joints that carry both do not change the relative motion. An axis
-is a product of rotations by the joints' angles and of constant rotations. So its second derivative is a sum over pairs of joints
-of r_i r_k times a vector of length 1 at most. For three axes this vector has the Frobenius norm sqrt(2), the norm of the
-generator of a rotation. The first derivatives are bounded by the maximum speed of a point and by s W; the smaller bound is used.
-The values include bounds of rounding and of the spread beside the edge.
+r_i is the rate of joint i along the edge. W is the sum of |r_i| over the revolute joints between a and b. Joints that carry both
+do not change the relative motion. An axis is a product of rotations by the joints' angles and of constant rotations. So its
+second derivative is a sum over pairs of joints of r_i r_k times a vector of length 1 at most. For three axes this vector has the
+Frobenius norm sqrt(2), the norm of the generator of a rotation. The first derivatives are bounded by the maximum speed of a point
+and by s W; the smaller bound is used. The values include bounds of rounding and of the spread beside the edge.
 
 Relative to the joint that carries both frames, or to the base, let d be the vector from b to a. It changes with |d'| <= S and
 |d''| <= B (``ball_motion.pair_bounds``), so its length is at most D = |u(c)| + h S. The axes of b turn with at most W_b, and u_k
@@ -28,8 +28,9 @@ If an axis points at b's origin, x is its difference from the direction g = -u /
 
     |g'| <= |u'| / m,        |g''| <= |u''| / m + 2 / sqrt(3) |u'|^2 / m^2.
 
-To see this, split u' into p along g and n across. Besides the part of u'', g'' has the parts 2 p n across g and n^2 along g,
-divided by |u|^2.
+The proof: u' has a component p along g, and a component n perpendicular to g. g'' is the sum of a part of u'' / |u| and of two
+terms. The first is 2 p n / |u|^2, perpendicular to g, and the second n^2 / |u|^2, along g. With p^2 + n^2 = |u'|^2 the two
+together are at most 2 / sqrt(3) |u'|^2 / |u|^2.
 """
 
 from ulna.engine.decorators import kernel

@@ -1,10 +1,11 @@
 """Finds the samples that a triangle covers on a raster.
 
-Of the triangles behind a sample the nearest counts, seen by a camera or by a light.
+If several triangles cover a sample, the triangle nearest to the camera counts, or nearest to the light.
 
-A point of a raster has three numbers: x to the right and y down [samples], and a nearness that is linear on the raster and larger
-for what is nearer: of a camera the inverse of the depth, of a light far away the height towards it. Sample (i, j) lies at
-x = j + 1/2, y = i + 1/2. Plain float64 and no lanes: most triangles cover but a few samples.
+A point of a raster has three numbers: x to the right [samples], y down [samples], and a nearness. The nearness is a linear
+function of x and y on a triangle, and larger for nearer points. For a camera it is the inverse of the depth. For a light far away
+it is the height towards the light. Sample (i, j) lies at x = j + 1/2, y = i + 1/2. The kernels compute with plain float64 numbers
+and not with lanes, since most triangles cover only a few samples.
 
 Source: Pineda, A parallel algorithm for polygon rasterization (SIGGRAPH 1988), for the edge functions; Burns and Hunt, The
 visibility buffer (JCGT 2013), for keeping the triangle's number, and shading only what is seen in the end.

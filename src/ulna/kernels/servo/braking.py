@@ -11,11 +11,12 @@ Acceleration is constant within a tick too. After a tick with velocity v at its 
 
 which is linear in v. So for each n the limits of position, speed and acceleration, in the tick and in the stop, are bounds of v:
 a box. After this tick the current braking trajectory has some number of ticks left. For this n its own velocity is in the box, so
-the box is never empty. In the tick the joint stays between its limits too. Where it turns back, it does so no later than along
-the current braking trajectory, at the same or a greater deceleration.
+the box is never empty. In the tick the joint stays between its limits too. A joint that turns back within the tick decelerates at
+least as much as along the current braking trajectory. So it turns back no later than there.
 
-With a limit of jerk, ticks and stops are those of ``ramped_stop``, and v is the x of that module. The functions here that take
-the settings compute one or the other, so callers need not distinguish the two.
+With a limit of jerk, ``ramped_stop`` computes the ticks and the stops. The unknown is then not the velocity v, but the velocity x
+that remains after the acceleration has ramped down to 0. The functions here that take the settings compute one or the other, so
+callers need not distinguish the two.
 """
 
 from ulna.engine.decorators import kernel

@@ -7,10 +7,11 @@ For a goal in joint space with velocities v it is |x - v|^2. For hands with twis
 Here c is the weight of a hand, lambda the damping, and p the pull towards a posture. So p acts in the null space of all hands.
 Near a singularity the damping keeps x short.
 
-A position at a distance e is approached at the velocity v with v^2 / (2 a) + 4 h v = e. Here h is the duration of a tick. Far
-away v is the greatest velocity from which a deceleration a stops in time. Near the goal the approach is exponential, without
-overshoot. With a limit of jerk, h is longer by the m ticks of ``ramped_stop`` after which a velocity is reached. Then
-v' = (x - v) / h is critically damped.
+A position at a distance e is approached at the velocity v with v^2 / (2 a) + 4 T v = e. T is the time after which a desired
+velocity is reached (``ServoSettings.lag``): one tick without a limit of jerk. Far away v is the greatest velocity from which a
+deceleration a stops in time. Near the goal the approach is exponential, without overshoot. With a limit of jerk, T is longer by
+the m ticks of ``ramped_stop``. The actual velocity y then follows v as y' = (v - y) / T, and near the goal this motion is
+critically damped.
 
 J belongs to the current configuration. So near a singularity x may lead past the configuration nearest to a pose, and back,
 without end. Therefore a tick rejects velocities after which the arm would rest farther from the poses than after the braking

@@ -1,4 +1,8 @@
-"""Defines the arrays of a tick's quadratic program and of its steady motion."""
+"""Defines the arrays of a tick's quadratic program and of its steady motion.
+
+The *steady motion* is the joint velocities that follow the twists of all hands in full, without limits of velocity and
+acceleration (``pace``).
+"""
 
 from typing import NamedTuple
 

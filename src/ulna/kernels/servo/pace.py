@@ -12,8 +12,9 @@ ahead. X changes by z - y, on the active constraints, where
 If a near pair is active, its gradient g changes by g'. Its multiplier times g' is added to the right side of z, and y satisfies
 g^T y = g'^T X. y is the acceleration that keeps the hand's velocity while J changes. z is the velocity change due to the damping.
 
-Near the end of the reach, at a distance d in joint space, both terms give the distance: for one joint with the column k d,
-|X|^2 / (|y| + |z|) = d, however small d is. So with B = |y| + |z| the pace satisfies
+Near the end of the reach, |y| + |z| gives the distance d from it in joint space. Consider one joint whose column of J is k d,
+with a constant k. There |X|^2 / (|y| + |z|) = d, however small d is. With B = |y| + |z|, the acceleration a of the joints and a
+time constant ``lag`` [s] of several ticks, the pace satisfies
 
     s^2 B / a + s lag B / |X| <= 1,    d = |X|^2 / B
 
@@ -25,10 +26,10 @@ computed from the joints that move them. If some hands have no twist, a hand wit
 is near a singularity. Slowing it more would not help the others.
 
 A hand rests where a unit of joint motion moves it by too little along its twist, now and a little ahead. The arm is stretched
-there, and null-space motion would be useless. So the arm rests very near the end of its reach. On the way back the hand moves
-more a little ahead, so an opposite twist is followed at once. The same holds for the pose of a single hand. If it is out of
-reach, redundant joints would move on for little gain. With several hands one may be nearly at its pose while the joints move for
-another.
+there, and null-space motion would be useless. So the arm rests very near the end of its reach. On the way back a unit of joint
+motion moves the hand more in the configuration a little ahead. So the arm follows an opposite twist at once. The same holds for
+the pose of a single hand. If it is out of reach, redundant joints would move on for little gain. With several hands one may be
+nearly at its pose while the joints move for another.
 
 If the arm rests at a singularity, J does not show the way back, or shows a null-space motion to a dead end. So a
 pull leads the arm back along the path by which it came. It acts if that path leads along the twist and X does not go there. The

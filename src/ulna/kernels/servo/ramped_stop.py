@@ -24,7 +24,8 @@ time profile, so q moves on a straight line. With r ticks left, for r >= m and t
 All of this is linear in x, as a stop of constant deceleration is in v': q rests at ``rest_of_zero_velocity`` +
 ``ramped_travel_per_velocity`` x. So for each n the x that keep all limits at all times are a box (``write_box_of_ramped_stop``):
 
-- A linear acceleration is between its ends.
+- An acceleration that changes linearly in time stays between its values at the ends of the tick or part. So only these are
+  bounded.
 - In the bend, of duration T = 2 m h, velocity and position are between their Bernstein coefficients. Those of the velocity are
   v', x and its value at the end. Those of the position are the following, and its value at the end:
 

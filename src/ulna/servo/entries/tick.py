@@ -10,6 +10,9 @@ The state is a position q, a velocity, and a certified braking trajectory: a str
    is certified with half the clearance and without the escape margin;
 5. follows the braking trajectory otherwise.
 
+The *escape margin* is a small distance of each joint [rad or m] on both sides of a motion (``ESCAPE_MARGIN`` in ``servo.servo``).
+It is certified with the motion, so that the arm can leave every position in which it stops.
+
 The constraints of step 2 are the box of ``braking`` and one constraint per near pair. The arm must come to rest no nearer than
 the clearance and RESERVE, and not much nearer in one tick. The velocity of the braking trajectory satisfies every constraint, so
 the quadratic program is always feasible. x is then shortened towards the velocity of the braking trajectory. The arm must not
@@ -25,11 +28,12 @@ With a limit of jerk (``kernels.servo.ramped_stop``) x is the velocity that rema
 is then a line after a bend, and the bend is certified with the tick. If only the braking trajectory keeps the limits, the arm
 follows it. The same holds near rest, since it ends at rest after some ticks, and x does not.
 
-So a braking trajectory is certified at every moment, on which the arm touches nothing that stands still. The arm can leave every
+So at every moment a braking trajectory is certified. Along it the arm touches nothing that stands still. The arm can leave every
 position in which it comes to rest by itself. Either everything within the escape margin is free, or an escape ended there,
-farther from everything than before. Certificates use lower bounds of distances, which for two boxes may be 1 / sqrt(3) of the
-distance. With half the clearance, a small motion away passes step 4 nevertheless. So at rest nothing is nearer than the
-clearance. During an escape it is nearer by MAX_ESCAPE at most, and never by more than half.
+farther from everything than before. Certificates use lower bounds of distances. For two boxes a lower bound may be 1 / sqrt(3) of
+the distance, which is more than half. So at a distance of the clearance, a small motion away from the object still passes step 4
+with half the clearance. At rest nothing is nearer than the clearance. During an escape an object is nearer by MAX_ESCAPE at most,
+and never by more than half the clearance.
 """
 
 from typing import NamedTuple

@@ -1,15 +1,18 @@
-"""Takes files, processes, sockets and much memory from the process, by the operating system.
+"""Denies the process files, sockets, new processes and much memory, by means of the operating system.
 
 =============  =====================================  ========================================
-system         what holds                             what is left out
+system         means of confinement                   denials that are missing
 =============  =====================================  ========================================
-Linux          limits; on x86-64 and ARM seccomp      nothing on those two
-               (kernel 3.17)
-macOS          limits but that of memory              seccomp, the limit of memory
-Windows        nothing; the parent ends it in time    all
+Linux          resource limits; on x86-64 and 64-bit  none; on other processors seccomp
+               ARM seccomp too (kernel 3.17)
+macOS          resource limits except memory          seccomp, the limit of memory
+Windows        none; the parent ends it in time       all
 =============  =====================================  ========================================
 
-Sources: seccomp(2); linux/filter.h and linux/seccomp.h for the numbers of the filter, <asm/unistd.h> for those of the calls.
+seccomp is a filter of system calls.
+
+Sources: seccomp(2); linux/filter.h and linux/seccomp.h for the constants of the filter, <asm/unistd.h> for the numbers of the
+system calls.
 """
 
 import ctypes
