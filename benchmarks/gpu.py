@@ -237,6 +237,23 @@ def _image(k: int, n: int) -> Any:
     return np.stack([0.5 + 0.1 * np.sin(5.0 * y + k), y, z], axis=-1).reshape(-1, 3).astype(np.float32)
 
 
+def plans(bench: Bench, robot: ulna.Robot, q: Any) -> None:
+    """Short plans, most of them straight, beside the CPU on all cores."""
+    on_gpu, world = robot.on_gpu(), boxes(20)
+    starts = q[~robot.in_collision(q, world)]
+    goals = np.clip(starts + np.random.default_rng(7).normal(scale=0.1, size=starts.shape), robot.lower, robot.upper)
+    free = ~robot.edge_in_collision(starts, goals, world).in_collision
+    starts, goals = starts[free], goals[free]
+    expected = robot.plan_many(starts[:_SAMPLE], goals[:_SAMPLE], world)
+
+    def differing(found: Any) -> float:
+        pairs = zip(found[:_SAMPLE], expected, strict=True)
+        return float(sum(not np.array_equal(a.path, b.path) or a.effort != b.effort for a, b in pairs))
+
+    for name, planner in (("the GPU", on_gpu), ("the CPU", robot)):
+        bench.rate(f"plan_many, straight, {name}", len(starts), 1, lambda p=planner: p.plan_many(starts, goals, world), differing)
+
+
 def inverse(bench: Bench, robot: ulna.Robot, q: Any) -> None:
     """Searches, with and without a world; the CPU's forward kinematics verifies and counts the solutions."""
     on_gpu, world, n = robot.on_gpu(), boxes(1), len(q)
@@ -344,6 +361,7 @@ def main(arguments: list[str] | None = None) -> None:
     forces(bench, panda, q)
     distances(bench, panda, part)
     clouds(bench, panda, part)
+    plans(bench, panda, q[: 1 << 14])
     inverse(bench, panda, part)
     closed_forms(bench, panda, min(n, 1 << 21))
     calls(bench, panda, part)

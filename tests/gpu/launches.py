@@ -113,6 +113,7 @@ def call_everything():
     on_gpu.in_collision(q[:1])
     on_gpu.signed_distance(q[:1], shapes)
     on_gpu.edge_in_collision(strange(q[:1]), strange(q[1:]), boxes)
+    on_gpu.plan_many(q[:1], q[1:], boxes, clearance=0.001)
     call_with_many_solids(on_gpu, q)
     call_forces(on_gpu, q)
     call_forces(panda.on_gpu(float32=True), q.astype(np.float32))

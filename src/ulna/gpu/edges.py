@@ -56,8 +56,8 @@ def near_for(scene: DeviceScene, n: int) -> Any:
 def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, is_indexed: bool, n_balls: int) -> Any:
     """The driver for scenes of these sizes with ``n_balls`` balls: the last free configuration of each edge, rows of n_dof.
 
-    The rows are q_a. tables: (scene, ``EdgeTables`` as a tuple, near, resolution, q_b). marks: the flag, whether the edge is in
-    collision, and its free fraction.
+    The rows are q_a. tables: (scene, ``EdgeTables`` as a tuple, near, (resolution, margin), q_b). marks: the flag, whether the
+    edge is in collision, and its free fraction.
     """
     of_joints, of_twists, of_balls, of_centers, columns = 12 * n_joints, 6 * n_joints, 7 * n_balls, 3 * n_bodies, n_joints + 1
     as_scene, of_stack = of_boxes if kind == BOXES else as_it_is, STACK if is_indexed else 1
@@ -94,17 +94,18 @@ def edges_of(n_dof: int, n_joints: int, n_bodies: int, kind: int, is_indexed: bo
 
 
 @kernel
-def free_part(scene, carried, object_rounding, edge, resolution, ends, stack):
+def free_part(scene, carried, object_rounding, edge, lengths, ends, stack):
     """Whether an edge is in collision, or closer than the resolution, and the certified free fraction before that.
 
-    edge: q_a, q_b, and memory for a configuration.
+    edge: q_a, q_b, and memory for a configuration. lengths: the resolution, and the margin from objects of the world [m].
     """
     fastest, low, high, top, hits = fastest_ball(scene.joints, carried), 0.0, 1.0, 0, False
+    resolution, margin = lengths
     while low < high:
         t, half = 0.5 * (low + high), 0.5 * (high - low) + INSTANT
         write_place(edge[0], edge[1], t, edge[2])
         place_balls(scene.joints, edge[2], half, False, carried)
-        intervals = Intervals(half, False, True, 0.0, None, object_rounding)
+        intervals = Intervals(half, False, True, margin, None, object_rounding)
         touches, clear = world_outcome(scene, carried, intervals, stack, t)
         if not touches:
             touches, clear = self_outcome(scene, carried, intervals, clear, t)

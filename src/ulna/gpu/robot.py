@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from functools import partial
 from math import prod
 from typing import Any
 
@@ -34,8 +35,13 @@ from ulna.ik.solutions import IKSolutions
 from ulna.ik.task import Task, as_task
 from ulna.kinematics.jacobian import as_frame
 from ulna.kinematics.positions import as_positions, flat, refuse_out_of_range, rows_of_both
+from ulna.planning.batch import plan_many
+from ulna.planning.plan import Plan
+from ulna.planning.planner import PlanOptions
+from ulna.planning.straight import plan_straight
 
 Array = NDArray[np.float64]
+_STRAIGHT_OPTIONS = frozenset({"clearance", "seed", "max_checks", "shorten", "time_limit"})  # of plans of one edge
 
 
 class GpuRobot(GpuForces):
@@ -141,8 +147,14 @@ class GpuRobot(GpuForces):
             InputError: As ``Robot.edge_in_collision``; or q_a and q_b are not on the same side.
             GeometryError: As ``in_collision``.
         """
-        queue, tree = self._queue, self.robot.tree
         resolution = as_number("resolution", resolution, MIN_RESOLUTION, f"a length of at least {MIN_RESOLUTION:g} m")
+        return self._check_edges(q_a, q_b, world, self_collision, (resolution, 0.0))
+
+    def _check_edges(
+        self, q_a: Any, q_b: Any, world: World | None, self_collision: bool, lengths: tuple[float, float]
+    ) -> EdgeReport:
+        """``edge_in_collision``. lengths: the resolution, and the margin from objects of the world [m]."""
+        queue, tree = self._queue, self.robot.tree
         a, b = as_own("q_a", q_a, queue.stream), as_own("q_b", q_b, queue.stream)
         stays = device.is_on_device(a)
         if stays != device.is_on_device(b) or (stays and tuple(a.shape) != tuple(b.shape)):
@@ -163,7 +175,7 @@ class GpuRobot(GpuForces):
         kinds = ((n, tree.n_dof), np.float64), ((n,), np.bool_), ((n,), np.float64)
         q, hits, free = (device.empty(shape, kind, queue.stream) for shape, kind in kinds)
         launch = device.Launch(at_most=len(near), stream=queue.stream)
-        given = *scene.tables, tuple(tables), near, resolution, rows[1]
+        given = *scene.tables, tuple(tables), near, lengths, rows[1]
 
         def refuse() -> None:
             refuse_out_of_range(device.on_host(rows[0]), "q_a")
@@ -177,6 +189,46 @@ class GpuRobot(GpuForces):
         if not batch:
             return EdgeReport(bool(found[0][0]), float(found[1][0]), found[2][0])
         return EdgeReport(*(part.reshape(*batch, *part.shape[1:]) for part in found))
+
+    def plan_many(
+        self,
+        q_starts: ArrayLike | str | Sequence[str],
+        goals: ArrayLike | Mapping[str, ArrayLike] | str | Sequence[str],
+        world: World | Iterable[World | None] | None = None,
+        *,
+        progress: Callable[[int, int], None] | bool | None = None,
+        **options: Any,
+    ) -> tuple[Plan, ...]:
+        """Plan many problems; see ``Robot.plan_many``. The GPU certifies the straight edges, the CPU plans the rest.
+
+        The GPU takes part if the world is one for all problems, and the goals are configurations. Of the options, only
+        ``clearance``, ``seed``, ``max_checks``, ``shorten`` and ``time_limit`` may be given. Otherwise, and for robots with
+        joints without limits, the CPU plans all problems. It also plans those with the same position of a joint at both ends.
+
+        All arrays are NumPy's.
+
+        Returns:
+            A ``Plan`` for each problem, in order. It equals the CPU's, unless the verdicts about the straight edge differ.
+
+        Raises:
+            InputError, UnknownNameError, GeometryError: As ``Robot.plan_many``.
+        """
+        robot = self.robot
+        if not (world is None or isinstance(world, World)) or not _STRAIGHT_OPTIONS.issuperset(options):
+            return robot.plan_many(q_starts, goals, world, progress=progress, **options)
+        asked = PlanOptions(**options).checked()
+
+        def certify(q_a: Array, q_b: Array, seen: World | None) -> NDArray[np.bool_]:
+            return ~self._check_edges(q_a, q_b, seen, True, (RESOLUTION, asked.clearance)).in_collision
+
+        def plan_together(starts: list[Any], targets: list[Any]) -> list[Plan | None]:
+            if any(np.shape(each) != robot.tree.q_shape for each in (*starts, *targets)):
+                return [None] * len(targets)
+            ends = np.array(starts).reshape(-1, robot.tree.n_dof), np.array(targets).reshape(-1, robot.tree.n_dof)
+            return plan_straight(robot._checker, robot._dynamics, ends, world, asked, certify)  # noqa: SLF001 - parts of it
+
+        plan = partial(robot.plan, **options)
+        return plan_many(plan, q_starts, goals, world, progress=progress, plan_together=plan_together)
 
     def inverse_kinematics(
         self,

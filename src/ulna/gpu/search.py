@@ -40,6 +40,7 @@ from ulna.kernels.layout import LARGEST_DEFECT
 from ulna.kernels.spatial.elementary import all_in_range
 from ulna.kernels.spatial.se3 import matrix_pose, rigidity_defect
 from ulna.kinematics.tree import Tree
+from ulna.planning.plan import Plan
 
 Array = NDArray[np.float64]
 _FEW = 16  # starts that one thread tries in sequence
@@ -57,6 +58,10 @@ class OnHost(Protocol):
     """Its tree in flat arrays."""
     home: Array
     """The default start [rad or m], shape (n_dof,)."""
+    plan: Callable[..., Plan]
+    """Plans a path."""
+    plan_many: Callable[..., tuple[Plan, ...]]
+    """Plans many problems."""
     _checker: Checker
     _dynamics: Dynamics
     _inverse_kinematics: InverseKinematics

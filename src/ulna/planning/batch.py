@@ -26,8 +26,12 @@ def plan_many(
     world: World | Iterable[World | None] | None,
     *,
     progress: Callable[[int, int], None] | bool | None,
+    plan_together: Callable[[list[Any], list[Any]], list[Plan | None]] | None = None,
 ) -> tuple[Plan, ...]:
-    """Plan each problem, and return the plans in order; see ``Robot.plan_many``."""
+    """Plan each problem, and return the plans in order; see ``Robot.plan_many``.
+
+    plan_together: Plans some of the problems in one call, from all starts and all goals; None for each of the others.
+    """
     many = [world] if world is None or isinstance(world, World) else list(world)
     starts, each = _starts(q_starts)
     counts = ({len(starts)} if each else set()) | ({len(many)} if len(many) != 1 else set())
@@ -36,18 +40,18 @@ def plan_many(
         given = count_of(len(targets), "goal"), count_of(len(starts), "start"), count_of(len(many), "world")
         raise InputError("goals", f"{given[0]}, {given[1]} and {given[2]} do not go together")
     starts = starts if each else starts * len(targets)
+    known = [None] * len(targets) if plan_together is None else plan_together(starts, targets)
     with _progress() if progress is True else nullcontext(progress or None) as shown:
-        return _run_all(plan, starts, targets, many, shown)
+        return _run_all(plan, list(zip(starts, targets, known, strict=True)), many, shown)
 
 
 def _run_all(
     plan: Callable[[Any, Any, World | None], Plan],
-    starts: list[Any],
-    targets: list[Any],
+    problems: list[tuple[Any, Any, Plan | None]],
     many: list[World | None],
     progress: Callable[[int, int], None] | None,
 ) -> tuple[Plan, ...]:
-    plans: list[Any] = [None] * len(targets)
+    plans: list[Any] = [None] * len(problems)
     stopped, lock = threading.Event(), threading.Lock()
     done = 0
 
@@ -55,7 +59,8 @@ def _run_all(
         nonlocal done
         try:
             with stopping(stopped):
-                plans[i] = plan(starts[i], targets[i], many[0] if len(many) == 1 else many[i])
+                start, target, known = problems[i]
+                plans[i] = known or plan(start, target, many[0] if len(many) == 1 else many[i])
         except InputError as error:
             raise InputError(f"row {i}: {error.argument}", error.message) from None
         except UnknownNameError as error:

@@ -96,10 +96,7 @@ class Request(NamedTuple):
 
     def is_free(self, q: Array) -> NDArray[np.bool_]:
         """Mask of the configurations, shape (n, n_dof), that touch nothing and keep the margin from the world."""
-        free = np.logical_not(self.checker.in_collision(q, self.world, self_collision=True))
-        if self.margin > 0.0 and self.world is not None and self.world.names:
-            free &= self.checker.signed_distance(q, self.world, self_collision=False) > self.margin
-        return free
+        return is_free(self.checker, q, self.world, self.margin)
 
     def touching(self, q: Array) -> tuple[Pair, ...]:
         """The pairs that touch at q, and the pairs with an obstacle nearer than the margin."""
@@ -118,6 +115,14 @@ class Request(NamedTuple):
         more = f" and {count_of(len(pairs) - _MAX_PAIRS, 'more pair')}" if len(pairs) > _MAX_PAIRS else ""
         words = ", ".join(_describe_pair(pair, self.margin) for pair in pairs[:_MAX_PAIRS])
         return Reason(words + more + hint, Report(pairs))
+
+
+def is_free(checker: Checker, q: Array, world: World | None, margin: float) -> NDArray[np.bool_]:
+    """Mask of the configurations, shape (n, n_dof), that touch nothing and keep a margin from the world."""
+    free = np.logical_not(checker.in_collision(q, world, self_collision=True))
+    if margin > 0.0 and world is not None and world.names:
+        free &= checker.signed_distance(q, world, self_collision=False) > margin
+    return free
 
 
 def _describe_pair(pair: Pair, margin: float) -> str:
