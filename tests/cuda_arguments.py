@@ -203,7 +203,7 @@ TYPES = {
         **_each("n r", WHOLE),
     },
     "dynamics.rigid_body": {**_each("a b f", TWO_VECTORS)},
-    "dynamics.rigid_body.added": {**_each("a b", INERTIA)}, "dynamics.rigid_body.turned_tensor": {"a": POSE},
+    "dynamics.rigid_body.add_inertias": {**_each("a b", INERTIA)}, "dynamics.rigid_body.rotate_tensor": {"a": POSE},
     **{f"dynamics.newton_euler.{name}": {"rows": FORCE_ROWS} for name in ("newton_euler", "base_motion", "move", "carry")},
     "dynamics.newton_euler.store_motion": {"a": VECTOR},
     **{f"dynamics.composite.{name}": {"rows": BODY_ROWS} for name in ("pose_bodies", "mass_matrix", "moment_columns")},
