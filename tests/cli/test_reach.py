@@ -113,6 +113,6 @@ def test_ctrl_c_leaves_a_map_and_says_how_to_go_on(tmp_path):
         _, said = process.communicate()
     assert process.returncode == 130
     kept = ulna.ReachabilityMap.open(path).summary.computed
-    assert f"stopped: {kept} of " in said
+    assert f"contains {kept} of " in said
     assert "--resume continues" in said
     assert not path.with_name("m.zarr.lock").exists()

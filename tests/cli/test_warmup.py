@@ -26,7 +26,7 @@ from ulna.engine import bound
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES
 from ulna.planning.jerk_limited import timed_path
-from ulna.planning.blend import IsFree
+from ulna.planning.blend import Certificate
 from ulna.planning.timing import Limits
 from ulna.viewer.film.recording import make_form, record_robot
 bound._called_directly = lambda entry, *_: entry  # or a type that is not declared would not be seen
@@ -84,7 +84,7 @@ there = panda.inverse_kinematics(panda.forward_kinematics(panda.home) @ ulna.pos
 panda.plan(panda.home, there, keep=ulna.Keep.orientation(within=1e-3)).trajectory(acceleration=1.0, jerk=10.0)
 corner = np.array([ready, ready + 0.2, ready + 0.2 * (-1.0) ** np.arange(7)])
 limits = Limits(np.full(7, 1.0), np.full(7, 1.0), np.full(7, 10.0))
-timed_path(corner, np.linalg.norm(np.diff(corner, axis=0), axis=1), 0.1, limits, IsFree(lambda *_: True))
+timed_path(corner, np.linalg.norm(np.diff(corner, axis=0), axis=1), 0.1, limits, Certificate(lambda *_: True))
 record_robot(make_form(Path(sys.argv[1]), 0.1, (64, 36)), panda, panda.home)
 declared = {entry.py_func.__name__: set(map(numba_types, calls.signatures)) for entry, calls in ENTRIES.items()}
 used = {entry.py_func.__name__: set(entry.signatures) for entry in ENTRIES}

@@ -65,7 +65,7 @@ def test_an_obstacle_is_dragged_itself_and_the_view_stays(view, page, key):
 
 def test_the_pad_has_three_buttons_in_a_row_and_moves_by_steps_and_by_joints(view, page, panda):
     page.get_by_role("tab", name="Steer").click()
-    page.get_by_text("Before an obstacle it slows down and stops").wait_for()
+    page.get_by_text("It slows down and stops before an obstacle").wait_for()
     page.get_by_role("button", name="Steer the hand").click()
     wait_to_see(page, lambda: view.steer.steering.can_move, "an arm that can be steered")
     x, y, z, below = (page.get_by_role("button", name=f"move {way}").bounding_box() for way in ("+x", "+y", "+z", "-x"))

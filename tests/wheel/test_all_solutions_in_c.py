@@ -57,7 +57,7 @@ def test_it_has_the_bits_of_many_targets_and_of_python(arm):
 def test_it_goes_to_c_once_it_was_asked(arm):
     T = arm.forward_kinematics(arm.home + 0.3)
     arm.all_solutions(T)
-    every = arm._inverse_kinematics._all_usual[None]
+    every = arm._inverse_kinematics._default_all_solutions[None]
     branches = every._of_one
     assert isinstance(branches, _calls.Bound)
     q, valid, real, code = branches(T)
@@ -119,9 +119,9 @@ def test_a_link_that_there_is_not_is_refused_by_name(arm, link):
 
 def test_it_is_bound_to_so_many_branches_as_there_is_room_for(arm):
     arm.all_solutions(arm.forward_kinematics(arm.home))
-    every = arm._inverse_kinematics._all_of(None, None)
+    every = arm._inverse_kinematics._default_all_solutions[None]
     for numbers in [(17, 3), (0, 3), (8, 0), (8,)]:
-        with pytest.raises(ValueError, match="a size" if len(numbers) == 2 else "too few"):
+        with pytest.raises(ValueError, match="a size" if len(numbers) == 2 else "wrong count"):
             _calls.Bound(every._run, "branches", every._tables, 6, numbers, len)
     with pytest.raises(TypeError):
         _calls.Bound(every._run, "branches", every._tables[:3], 6, (8, 3), len)

@@ -36,7 +36,7 @@ _SIDES = {  # x is forward, y left
 }
 _PICTURE_S = 60.0  # the maximum time that a browser takes for a picture
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
-_MARGIN = 1.0  # factor on the distance of the camera; 1, since the corners of an AABB are mostly empty
+_ROOM = 1.15  # radii of the robot that the camera shows at least, for new obstacles beside it
 _ASPECT = 1.1  # width by height of the narrowest window in which the scene fits at this distance
 
 
@@ -108,7 +108,7 @@ def add_stage(page: Page, extent: Extent, scene: Extent | None = None) -> viser.
     cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
     server.scene.set_up_direction("+z")
     add_light(server.scene, extent.center, radius)
-    distance = distance_to(scene, _FROM)
+    distance = distance_to(scene, extent, _FROM)
     floor = add_floor(page, min(float(extent.low[2]), 0.0) - max(1e-3, 4e-3 * radius), cell, 4.0 * distance)
     server.initial_camera.fov = _FIELD_OF_VIEW
     server.initial_camera.look_at = tuple(scene.center)
@@ -118,14 +118,15 @@ def add_stage(page: Page, extent: Extent, scene: Extent | None = None) -> viser.
     return floor
 
 
-def distance_to(scene: Extent, direction: ArrayLike) -> float:
+def distance_to(scene: Extent, robot: Extent, direction: ArrayLike) -> float:
     """The distance [m] at which a camera in a direction from a scene's center sees all corners of its AABB."""
     forward = -np.asarray(direction) / np.linalg.norm(direction)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     right /= np.linalg.norm(right)
     corners = np.stack(np.meshgrid(*zip(scene.low, scene.high, strict=True)), axis=-1).reshape(8, 3) - scene.center
     across, up = np.abs(corners @ right) / _ASPECT, np.abs(corners @ np.cross(right, forward))
-    return float(_MARGIN * (np.maximum(across, up) / np.tan(_FIELD_OF_VIEW / 2) - corners @ forward).max())
+    to_corners = (np.maximum(across, up) / np.tan(_FIELD_OF_VIEW / 2) - corners @ forward).max()
+    return float(max(to_corners, _ROOM * robot.radius / np.sin(_FIELD_OF_VIEW / 2)))
 
 
 def scene_extent(world: World, extent: Extent) -> Extent:
@@ -140,11 +141,12 @@ class SightPanel:
 
     Args:
         page: The page.
+        robot: The robot's AABB.
         scene: Returns the AABB that the camera has to see.
     """
 
-    def __init__(self, page: Page, scene: Callable[[], Extent]) -> None:
-        self._scene, server = scene, page.server
+    def __init__(self, page: Page, robot: Extent, scene: Callable[[], Extent]) -> None:
+        self._robot, self._scene, server = robot, scene, page.server
         self.sides = server.gui.add_button_group("See from", tuple(_SIDES))
         page.add_dark_button()
         self.picture = server.gui.add_button("Save picture", hint="Download the scene, as this browser shows it, as a .png file")
@@ -169,7 +171,7 @@ class SightPanel:
         if event.client is None:
             return
         scene, camera, direction = self._scene(), event.client.camera, np.array(_SIDES[event.target.value])
-        distance = distance_to(scene, direction) * max(1.0, _ASPECT / max(camera.aspect, 0.1))
+        distance = distance_to(scene, self._robot, direction) * max(1.0, _ASPECT / max(camera.aspect, 0.1))
         with event.client.atomic():
             camera.position = scene.center + distance * direction / np.linalg.norm(direction)
             camera.look_at = scene.center

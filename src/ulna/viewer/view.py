@@ -134,7 +134,7 @@ class View:
                 self.plans = PlanPanel(server, session, self.arm, self._on_event)
         self.steer = self.steer or self._add_steering(tabs, jerk, on=False)
         with tabs.add_tab("Look"):
-            self.sight = SightPanel(self.page, lambda: scene_extent(session.world, self.arm.extent))
+            self.sight = SightPanel(self.page, extent, lambda: scene_extent(session.world, extent))
             self.link.add_choice(server.gui)
             self.look = VisibilityPanel(server.gui, self.arm)
         self.front = FrontTabs(server, _TABS, self._on_event)
