@@ -189,7 +189,7 @@ def test_what_cannot_be_taken_is_refused_by_name():
         ulna.torch.jacobian(robot, x, expressed_in="bse")
     with pytest.raises(ulna.UnknownNameError, match="panda_lnk4"):
         ulna.torch.forward_kinematics(robot, x, link="panda_lnk4")
-    with pytest.raises(ulna.InputError, match=r"robot: str; a Robot, or what robot.on_gpu\(\) returns, is expected"):
+    with pytest.raises(ulna.InputError, match=r"robot: str; a Robot, or the result of robot.on_gpu\(\), is expected"):
         ulna.torch.signed_distance("panda", x)
     with pytest.raises(ulna.InputError, match=r"q: a tensor on meta; a Robot takes tensors on the CPU"):
         ulna.torch.forward_kinematics(robot, x.to("meta"))
