@@ -87,7 +87,7 @@ def test_what_cannot_be_taken_is_named(arm, motion):
             on_gpu.inverse_dynamics_derivatives(*given)
     with pytest.raises(InputError, match=r"torque\[1, 0\]"):
         on_gpu.forward_dynamics(q, qd, bad)
-    with pytest.raises(InputError, match="one place"):
+    with pytest.raises(InputError, match="all on the host, or all on the device"):
         on_gpu.inverse_dynamics(cuda.to_device(q), qd, qdd)
     with pytest.raises(InputError, match="one shape"):
         on_gpu.inverse_dynamics(cuda.to_device(q), cuda.to_device(qd[:1]), cuda.to_device(qdd))
