@@ -89,7 +89,7 @@ def test_what_cannot_be_taken_is_named(arm, motion):
         on_gpu.forward_dynamics(q, qd, bad)
     with pytest.raises(InputError, match="all on the host, or all on the device"):
         on_gpu.inverse_dynamics(cuda.to_device(q), qd, qdd)
-    with pytest.raises(InputError, match="one shape"):
+    with pytest.raises(InputError, match="with the same shape"):
         on_gpu.inverse_dynamics(cuda.to_device(q), cuda.to_device(qd[:1]), cuda.to_device(qdd))
     far = q.copy()
     far[0, 0] = 1e30
