@@ -14,9 +14,10 @@ from ulna.description.pose import pose
 from ulna.description.shapes import ConvexMesh, HalfSpace, Mesh, Primitive, UnknownShape
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
+from ulna.viewer.film.camera import Camera, distance_showing
 from ulna.viewer.page import Page
 from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS, SKY, TO_SUN
-from ulna.viewer.visuals import triangles
+from ulna.viewer.visuals import outlines_near, triangles
 
 _SUN, _SKY = 3.4, 1.5  # intensities
 _SPOT, _SHADED = 6.0, 3.0  # [radii of the robot] the distance of the spotlight that casts shadows, and its lit radius
@@ -119,19 +120,20 @@ def add_stage(page: Page, extent: Extent, scene: Extent | None = None) -> viser.
 
 
 def distance_to(scene: Extent, robot: Extent, direction: ArrayLike) -> float:
-    """The distance [m] at which a camera in a direction from a scene's center sees all corners of its AABB."""
-    forward = -np.asarray(direction) / np.linalg.norm(direction)
-    right = np.cross(forward, (0.0, 0.0, 1.0))
-    right /= np.linalg.norm(right)
+    """The distance [m] at which a camera in a direction from a scene's center sees all corners of its AABB.
+
+    It also sees the robot with room for new obstacles beside it.
+    """
     corners = np.stack(np.meshgrid(*zip(scene.low, scene.high, strict=True)), axis=-1).reshape(8, 3) - scene.center
-    across, up = np.abs(corners @ right) / _ASPECT, np.abs(corners @ np.cross(right, forward))
-    to_corners = (np.maximum(across, up) / np.tan(_FIELD_OF_VIEW / 2) - corners @ forward).max()
-    return float(max(to_corners, _ROOM * robot.radius / np.sin(_FIELD_OF_VIEW / 2)))
+    x, y, z = np.asarray(direction, dtype=np.float64).tolist()
+    seen = Camera((x, y, z), (0.0, 0.0, 0.0)).axes() @ corners.T
+    to_corners = distance_showing(seen, np.tan(_FIELD_OF_VIEW / 2), _ASPECT)
+    return max(to_corners, float(_ROOM * robot.radius / np.sin(_FIELD_OF_VIEW / 2)))
 
 
 def scene_extent(world: World, extent: Extent) -> Extent:
     """The AABB of a robot and the obstacles near it; that of the robot alone if theirs is much larger."""
-    points = np.concatenate([np.stack([extent.low, extent.high]), *_points_nearby(world, extent)])
+    points = np.concatenate([np.stack([extent.low, extent.high]), *_solids_near(world, extent)])
     scene = Extent(points.min(axis=0), points.max(axis=0))
     return scene if scene.radius <= _MAX_VIEW * extent.radius else extent
 
@@ -226,15 +228,12 @@ class Floor:
 
 def height_under(world: World, extent: Extent) -> float:
     """The height of a floor under the obstacles near a robot [m], so that it cuts none of them."""
-    lowest = min([0.0, *(float(points[:, 2].min()) for points in _points_nearby(world, extent))])
+    lowest = min([0.0, *(float(points[:, 2].min()) for points in _solids_near(world, extent))])
     return lowest - max(1e-3, 4e-3 * extent.radius)
 
 
-def _points_nearby(world: World, extent: Extent) -> list[NDArray[np.float64]]:
-    """The vertices of each solid obstacle near a robot in the base frame [m], shape (n, 3) each."""
-    solids = [(shape, T) for _, shape, T in world.items() if isinstance(shape, Primitive | ConvexMesh)]
-    clouds = [triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for shape, T in solids]
-    return [points for points in clouds if np.abs(points - extent.center).max() < _NEARBY * extent.radius]
+def _solids_near(world: World, extent: Extent) -> list[NDArray[np.float64]]:
+    return outlines_near(world, extent.center, _NEARBY * extent.radius, Primitive | ConvexMesh)
 
 
 def floor_height(robot: Robot, drawn: float) -> float:

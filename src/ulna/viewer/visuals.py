@@ -14,6 +14,7 @@ from trimesh.visual.material import PBRMaterial
 from ulna.collision.clouds import PointCloud
 from ulna.collision.grids import HeightMap, VoxelGrid
 from ulna.collision.report import Report
+from ulna.collision.world import World
 from ulna.description.meshes.mesh_files import MeshFiles
 from ulna.description.meshes.reader import NeighborFiles, mesh_bytes, read_scene
 from ulna.description.robot_description import Body
@@ -25,6 +26,8 @@ from ulna.viewer.palette import Color
 from ulna.viewer.panda_meshes import packaged_mesh, read_packaged
 from ulna.viewer.primitives import primitive_triangles
 
+Drawn = Primitive | ConvexMesh | PointCloud | HeightMap | VoxelGrid
+"""Shapes of obstacles that have triangles."""
 _ROUGH = 0.35  # of a material that states no roughness: shells have highlights
 
 
@@ -123,7 +126,7 @@ def _in_linear_light(material: Any) -> PBRMaterial | None:
     return PBRMaterial(baseColorFactor=[*light[:3], rgba[3]], metallicFactor=0.0, roughnessFactor=rough, alphaMode=pbr.alphaMode)
 
 
-def triangles(shape: Primitive | ConvexMesh | PointCloud | HeightMap | VoxelGrid) -> trimesh.Trimesh:
+def triangles(shape: Drawn) -> trimesh.Trimesh:
     """The triangles of a shape in its own frame; ``read_mesh`` is for mesh files."""
     match shape:
         case ConvexMesh(vertices):
@@ -132,6 +135,20 @@ def triangles(shape: Primitive | ConvexMesh | PointCloud | HeightMap | VoxelGrid
             return _point_triangles(shape)
         case _:
             return primitive_triangles(shape)
+
+
+def outlines_near(world: World, center: NDArray[np.float64], reach: float, kinds: Any = Drawn) -> list[NDArray[np.float64]]:
+    """The vertices of each obstacle of some kinds near a point, shape (n, 3) each, in the base frame [m].
+
+    Args:
+        world: The obstacles. A half-space has no vertices.
+        center: The point [m], shape (3,).
+        reach: An obstacle is near if each of its coordinates differs from the point's by at most this [m]; infinite for all.
+        kinds: The classes of their shapes.
+    """
+    shapes: list[tuple[Any, NDArray[np.float64]]] = [(shape, T) for _, shape, T in world.items() if isinstance(shape, kinds)]
+    outlines = [triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for shape, T in shapes]
+    return [points for points in outlines if np.abs(points - center).max() <= reach]
 
 
 def _colored(body: Body, files: MeshFiles) -> trimesh.Scene:

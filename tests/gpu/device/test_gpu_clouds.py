@@ -32,16 +32,6 @@ if not cuda.is_available():
 pytestmark = pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")  # of missing children, in kernels as plain Python
 
 
-@pytest.fixture(scope="module")
-def panda():
-    return ulna.load("panda")
-
-
-@pytest.fixture(scope="module")
-def on_gpu(panda):
-    return panda.on_gpu()
-
-
 @pytest.fixture(autouse=True)
 def _few_solids(monkeypatch):
     if SIMULATED:

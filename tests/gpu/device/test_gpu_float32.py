@@ -23,11 +23,6 @@ if not cuda.is_available():
 
 
 @pytest.fixture(scope="module")
-def panda():
-    return ulna.load("panda")
-
-
-@pytest.fixture(scope="module")
 def on_gpu(panda):
     return panda.on_gpu(float32=True)
 

@@ -20,11 +20,6 @@ if not cuda.is_available():
 
 
 @pytest.fixture(scope="module")
-def panda():
-    return ulna.load("panda")
-
-
-@pytest.fixture(scope="module")
 def world():
     return beside_a_post(0.35)
 

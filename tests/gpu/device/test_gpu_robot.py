@@ -26,16 +26,6 @@ if not cuda.is_available():
     pytest.skip("there is no GPU: make test-cuda simulates one", allow_module_level=True)
 
 
-@pytest.fixture(scope="module")
-def panda():
-    return ulna.load("panda")
-
-
-@pytest.fixture(scope="module")
-def on_gpu(panda):
-    return panda.on_gpu()
-
-
 @pytest.fixture(autouse=True)
 def _few_starts(monkeypatch):
     """As many starts as there are takes the simulator minutes where there is no solution."""

@@ -55,7 +55,7 @@ class Camera:
         axes, slope = cls._from_above(middle, turn, 1.0).axes(), tan(cls.fov / 2.0)
         for _ in range(_CENTRINGS):
             r, d, f = axes @ (points - middle).T
-            distance = max(float((np.maximum(np.abs(d), np.abs(r) / aspect) / slope - f).max()), 1e-3)
+            distance = max(distance_showing(np.array([r, d, f]), slope, aspect), 1e-3)
             seen = np.array([r, d]) / (distance + f)
             middle = middle + distance * (seen.min(axis=1) + seen.max(axis=1)) / 2 @ axes[:2]
         return cls._from_above(middle, turn, _MARGIN * distance)
@@ -102,6 +102,18 @@ class Camera:
             right = np.array([0.0, -1.0, 0.0])
         right /= np.linalg.norm(right)
         return np.array([right, np.cross(forward, right), forward])
+
+
+def distance_showing(points: NDArray[np.float64], slope: float, aspect: float) -> float:
+    """The least distance [m] of a camera that sees points; see ``Camera.framing``.
+
+    Args:
+        points: To the right of the point that the camera looks at, down from it, and beyond it [m], shape (3, n).
+        slope: tan(fov / 2).
+        aspect: Width by height of the picture.
+    """
+    r, d, f = points
+    return float((np.maximum(np.abs(d), np.abs(r) / aspect) / slope - f).max())
 
 
 def sun_view(direction: ArrayLike, middle: ArrayLike, radius: float, texels: int) -> NDArray[np.float64]:

@@ -21,7 +21,7 @@ from ulna.viewer.film.film import WRITERS, Film, write_film
 from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.film.skin import BoundingBall, Model
 from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid, collision_boxes
-from ulna.viewer.visuals import touching_links, triangles
+from ulna.viewer.visuals import outlines_near, touching_links
 
 TURN_FROM = 0.75  # [rad] the first angle of the camera about z, from x
 _CACHED_MODELS = 2  # robots whose models are cached
@@ -155,7 +155,8 @@ def record_moving(
     shots = [(q, report_at(robot, q, world)) for q in _sample_path(path, form.n_frames)]
     model = model_of(robot)
     own = np.vstack([model.points_at(q) for q in _sample_path(path, min(len(path), 16))])
-    points = np.vstack([own, *_nearby_outlines(own, world)])
+    low, high = own.min(axis=0), own.max(axis=0)
+    points = np.vstack([own, *outlines_near(world, (low + high) / 2, _FAR * np.max(high - low) / 2)])
     camera, ground = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1]), ground_of(BoundingBall.of(points))
     pictures = [
         Picture(q, camera, solids_at(robot, report, world, middle, boxes=boxes), touching=touching_links(robot, report))
@@ -207,15 +208,3 @@ def _obstacle(robot: Robot, name: str, shape: object, T: Array, color: Color, mi
     else:
         pose = T
     return Solid(f"obstacle {name}", robot.base, pose, shape, color)  # type: ignore[type-var]
-
-
-def _nearby_outlines(points: Array, world: World) -> list[Array]:
-    """The vertices of the obstacles near points, shape (n, 3) each, in the base frame [m]."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    return [solid for solid in outline_of(world) if np.abs(solid - (low + high) / 2).max() <= _FAR * np.max(high - low) / 2]
-
-
-def outline_of(world: World) -> list[Array]:
-    """The vertices of every obstacle except half-spaces, shape (n, 3) each, in the base frame [m]."""
-    bounded = [(shape, T) for _, shape, T in world.items() if not isinstance(shape, HalfSpace)]
-    return [triangles(shape).vertices @ T[:3, :3].T + T[:3, 3] for shape, T in bounded]

@@ -24,13 +24,12 @@ from ulna.viewer.film.recording import (
     Form,
     ground_of,
     make_form,
-    outline_of,
     record_moving,
     solids_of_world,
     write_pictures,
 )
 from ulna.viewer.film.skin import BoundingBall, Model
-from ulna.viewer.visuals import Visuals
+from ulna.viewer.visuals import Visuals, outlines_near
 
 Array = NDArray[np.float64]
 _PICTURE, _FILM = (720, 480), (480, 320)  # [pixels] unless given
@@ -69,7 +68,7 @@ def show_world(world: World, *, size: tuple[int, int] | None) -> Recording:
     around = world.copy()
 
     def write(form: Form) -> None:
-        points = np.vstack(outline_of(around) or [_EMPTY])
+        points = np.vstack(outlines_near(around, np.zeros(3), np.inf) or [_EMPTY])
         ball = BoundingBall.of(points)
         nothing = Robot(Description("world", (Link("world"),), ()))
         camera = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1])
