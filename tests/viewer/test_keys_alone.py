@@ -65,12 +65,14 @@ def choose(page, name, option):
     """Choose from a list: opened by an arrow, gone through by arrows, chosen by Enter."""
     use(page, name, "ArrowDown")
     page.get_by_role("option", name=option, exact=True).wait_for()
+    marked = page.locator("[role=option][data-combobox-selected]")
+    wait_to_see(page, marked.count, "a marked option")  # marked a moment after the list is open: an arrow before it would be lost
     for _ in range(MAX):
-        chosen = page.locator("[role=option][data-combobox-selected]")
-        if chosen.count() and chosen.inner_text() == option:
+        if marked.inner_text() == option:
             break
         page.keyboard.press("ArrowDown")
     page.keyboard.press("Enter")
+    wait_to_see(page, lambda: page.evaluate("document.activeElement.value") == option, f"{option} as the choice")
 
 
 def in_front(page, name):
@@ -118,6 +120,7 @@ def steer(view, page):
 def move_an_obstacle_and_undo(view, page):
     in_front(page, "Obstacles")
     choose(page, "Obstacle", "crate")
+    wait_to_see(page, page.get_by_label("Position [m], y").count, "the numbers of the crate")
     type_in(page, "Position [m], y", "-0.5")
     wait_to_see(page, lambda: view.world.pose("crate")[1, 3] == -0.5, "a crate elsewhere")
     page.keyboard.press("Tab")
