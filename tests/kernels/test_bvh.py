@@ -1,7 +1,10 @@
 """The BVH finds what a test of each object finds, whatever their number."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from kernel_modes import compiled
 from ulna.collision.arena import Arena
@@ -14,11 +17,18 @@ from ulna.kernels.collision.bvh import FOUND, STACK, rows_within
 from ulna.kernels.layout import CONTACT
 
 
+class Tree(NamedTuple):
+    """What a search takes of a scene; without points, all nodes hold AABBs."""
+
+    nodes: NDArray
+    points: NDArray | None
+
+
 def search(nodes, root, low, high, stack, some, found):
     """In slices, as many as it takes: those that are found, one after the other."""
     stack[0], top, count = root, 1, 0
     while top > 0:
-        n, top = rows_within(nodes, ((low[0], low[1], low[2]), (high[0], high[1], high[2])), stack, top, some)
+        n, top = rows_within(Tree(nodes, None), ((low[0], low[1], low[2]), (high[0], high[1], high[2])), stack, top, some)
         for i in range(n):
             found[count] = some[i]
             count += 1

@@ -1,7 +1,10 @@
 """The nodes that a body can reach in eight intervals: what a test of each object finds, and few others."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import formulas
 from kernel_modes import compiled
@@ -17,6 +20,13 @@ from ulna.kernels.spatial.se3 import load_pose
 HALF = np.array([0.05, 0.2, 0.1])
 
 
+class Tree(NamedTuple):
+    """What a search takes of a scene; without points, all nodes hold AABBs."""
+
+    nodes: NDArray
+    points: NDArray | None
+
+
 def search(nodes, root, bodies, poses, within_rows, stack, found):
     """The objects at which a search ends, as the certificate of an edge does it; and whether the ball alone reaches any."""
     a, within, count, top = load_pose(poses, 0), load(within_rows, 0), 0, 1
@@ -26,11 +36,11 @@ def search(nodes, root, bodies, poses, within_rows, stack, found):
     while top > 0:
         top -= 1
         if stack[top] >= 0:
-            top = push_reached(nodes, stack[top], body, within, None, stack, top)
+            top = push_reached(Tree(nodes, None), stack[top], body, within, None, stack, top)
         else:
             found[count] = -1 - stack[top]
             count += 1
-    return count, tree_is_reached(nodes, root, p, within, bodies[0, REACH], stack)
+    return count, tree_is_reached(Tree(nodes, None), root, p, within, bodies[0, REACH], stack)
 
 
 def tree_of(points):

@@ -18,9 +18,9 @@ from ulna.gpu.device import cuda
 from ulna.gpu.scenes import ANY, BOXES, DeviceScene
 from ulna.gpu.staged import over_rows, threads_for
 from ulna.kernels.chain.poses import frame_pose, tree_poses
-from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of
+from ulna.kernels.collision.bvh import FOUND, STACK, bounds_of, rows_within
 from ulna.kernels.collision.nearest import nearest_of_body, nearest_unindexed
-from ulna.kernels.collision.overlap import body_overlaps_indexed
+from ulna.kernels.collision.overlap import overlaps_any
 from ulna.kernels.collision.posed_pair import BALLS, body_at, may_touch, object_at, place_bodies, rows_overlap
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.epa import SCRATCH
@@ -118,8 +118,12 @@ def any_overlaps_indexed(scene, joint_rows, like):
     stack, found = staged.cuda.local.array(STACK, np.int64), staged.cuda.local.array(FOUND, np.int64)
     for k in range(scene.bodies.shape[0]):
         pose = frame_pose(scene.bodies, k, joint_rows, like)
-        if body_overlaps_indexed(scene, body_at(scene, k, pose), bounds_of(scene.bodies, k, pose), stack, found):
-            return True
+        bounds = bounds_of(scene.bodies, k, pose)
+        stack[0], top = scene.root, 1
+        while top > 0:
+            n_found, top = rows_within(scene, bounds, stack, top, found)
+            if overlaps_any(scene, body_at(scene, k, pose), found, n_found):
+                return True
     return False
 
 

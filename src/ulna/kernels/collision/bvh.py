@@ -65,10 +65,10 @@ def lane_bounds(rows, k, lane):
 
 
 @kernel
-def child_gap(nodes, node, bounds):
+def child_gap(scene, node, bounds):
     """The gaps between the AABB of each child and a given AABB, axis by axis: negative where they overlap."""
     low, high = bounds
-    i, last, reach = child_rows(nodes, node)
+    nodes, (i, last, reach) = scene.nodes, child_rows(scene, node)
     return (
         maximum(load(nodes, i) - (high[0] + reach), (low[0] - reach) - load(nodes, last)),
         maximum(load(nodes, i + 1) - (high[1] + reach), (low[1] - reach) - load(nodes, last + 1)),
@@ -77,19 +77,25 @@ def child_gap(nodes, node, bounds):
 
 
 @kernel
-def child_rows(nodes, node):
+def child_rows(scene, node):
     """The rows where the children's minimum and maximum x, y, z begin, and a margin around them [m]."""
-    i, kind = NODE_ROWS * (node // PLACES), node % PLACES
+    i, kind = NODE_ROWS * (node // PLACES), kind_of(scene, node)
     if kind == CHILDREN:
         return i, i + 3, 0.0
     first = i + 3 * (kind - FIRST_POINTS)
-    return first, first, nodes[i + CHILD, BALL_REACH]
+    return first, first, scene.nodes[i + CHILD, BALL_REACH]
 
 
 @kernel
-def children_in(nodes, node, bounds):
+def kind_of(scene, node):
+    """CHILDREN, or which eight points a node holds; known to the compiler in a scene of boxes alone, which has no cloud."""
+    return CHILDREN if scene.points is None else node % PLACES
+
+
+@kernel
+def children_in(scene, node, bounds):
     """The children of a node whose AABBs overlap the given one, as bits."""
-    x, y, z = child_gap(nodes, node, bounds)
+    x, y, z = child_gap(scene, node, bounds)
     return lane_bits(maximum(maximum(x, y), z) <= 0.0)
 
 
@@ -103,9 +109,9 @@ def gap_bound(gap):
 
 
 @kernel
-def child_boxes(nodes, node):
+def child_boxes(scene, node):
     """The centers and the half extents of the AABBs of a node's children, a lane each."""
-    i, last, reach = child_rows(nodes, node)
+    nodes, (i, last, reach) = scene.nodes, child_rows(scene, node)
     low = load(nodes, i), load(nodes, i + 1), load(nodes, i + 2)
     high = load(nodes, last), load(nodes, last + 1), load(nodes, last + 2)
     half = 0.5 * (high[0] - low[0]) + reach, 0.5 * (high[1] - low[1]) + reach, 0.5 * (high[2] - low[2]) + reach
@@ -136,7 +142,7 @@ def half_in_body_frame(a, axis, half):
 
 
 @kernel
-def push_children(nodes, node, height, within, stack, heights, top):
+def push_children(scene, node, height, within, stack, heights, top):
     """Push a node's children nearer than ``within`` [m] onto a stack, the nearest on top; return the new top.
 
     height: Lower bounds of the children's distances [m], a lane each. ``heights`` is the stack of these bounds.
@@ -148,14 +154,14 @@ def push_children(nodes, node, height, within, stack, heights, top):
         while i > bottom and heights[i - 1] < x:
             stack[i], heights[i] = stack[i - 1], heights[i - 1]
             i -= 1
-        stack[i], heights[i] = child_of(nodes, node, lane), x
+        stack[i], heights[i] = child_of(scene, node, lane), x
         top += 1
         bits &= bits - 1
     return top
 
 
 @kernel
-def rows_within(nodes, bounds, stack, top, found):
+def rows_within(scene, bounds, stack, top, found):
     """Continue a search for the solids whose AABBs overlap a given one, until it ends or ``found`` is full.
 
     stack: The ``top`` nodes still to search. Writes rows to found, shape (FOUND,). Returns their number and the new top, which is
@@ -165,9 +171,9 @@ def rows_within(nodes, bounds, stack, top, found):
     while top > 0 and count <= _FULL:
         top -= 1
         node = stack[top]
-        bits = children_in(nodes, node, bounds)
+        bits = children_in(scene, node, bounds)
         while bits != 0:
-            child = child_of(nodes, node, lowest_bit(bits))
+            child = child_of(scene, node, lowest_bit(bits))
             if child < 0:
                 found[count] = -1 - child
                 count += 1
@@ -208,9 +214,9 @@ def end_row(nodes, node, end):
 
 
 @kernel
-def child_of(nodes, node, lane):
+def child_of(scene, node, lane):
     """The code of a child: the place of a node, or -1 - w for solid w."""
-    number, kind = node // PLACES, node % PLACES
+    number, kind = node // PLACES, kind_of(scene, node)
     if kind == CHILDREN:
-        return int(nodes[NODE_ROWS * number + CHILD, lane])
+        return int(scene.nodes[NODE_ROWS * number + CHILD, lane])
     return -1 - (FIRST_BALL + 2 * WIDTH * number + WIDTH * (kind - FIRST_POINTS) + lane)

@@ -152,7 +152,7 @@ def add_indexed(scene, ours, nearness, near, excess, first):
             near.unseen[0] = min(near.unseen[0], near.heights[top] - margin)
         elif node >= 0:
             height = children_from(scene, ours, node, bounds, near)
-            top = push_children(scene.nodes, node, height, reach, near.stack, near.heights, top)
+            top = push_children(scene, node, height, reach, near.stack, near.heights, top)
         else:
             theirs = solid_at(scene, -1 - node, 0.0)
             n_measured += MAX_LOOKS // MAX_SEARCHES if gap_is_searched(ours, theirs) else 1
@@ -168,7 +168,7 @@ def children_from(scene, ours, node, bounds, near):
 
     In a scene of boxes alone there is no cloud. With a cloud, the bound in the body's frame excludes many of its points.
     """
-    gap = gap_bound(child_gap(scene.nodes, node, bounds))
+    gap = gap_bound(child_gap(scene, node, bounds))
     if scene.vertices is None:
         return gap
     return gap + maximum(bound_in_body_frame(scene, ours, node, near) - gap, 0.0)  # NaN if the gap is NaN
@@ -177,7 +177,7 @@ def children_from(scene, ours, node, bounds, near):
 @kernel
 def bound_in_body_frame(scene, ours, node, near):
     """A lower bound of the distance of each child of a node, as seen in the body's frame [m]."""
-    k, a, (center, half) = ours.row, ours.pose, child_boxes(scene.nodes, node)
+    k, a, (center, half) = ours.row, ours.pose, child_boxes(scene, node)
     x = transform_inverse(a, center)
     return maximum(gap_bound(gap_in_body_frame(scene.bodies, k, a, x, half)), beyond_planes(near.planes, k, a, x, half))
 

@@ -85,7 +85,7 @@ def world_outcome(scene, carried, intervals, stack, like):
         p, reach = load_vector(carried.ball_rows, 7 * g), load(carried.ball_rows, 7 * g + 6) + slack
         within = where(clear > 0.0, reach, slack if stop_at_contact else NEVER)
         n_near, of_tree = find_near_objects(scene, carried, intervals, g, p, within, slack), within - unused_tree_margin(margins)
-        in_tree = scene.root >= 0 and tree_is_reached(scene.nodes, scene.root, p, of_tree, BALLS * balls[g, BALL_RADIUS], stack)
+        in_tree = scene.root >= 0 and tree_is_reached(scene, scene.root, p, of_tree, BALLS * balls[g, BALL_RADIUS], stack)
         if n_near == 0 and not in_tree:
             continue
         place_bodies_of(bodies, carried, g, like)
@@ -165,7 +165,7 @@ def body_outcome(scene, carried, intervals, mover, candidates, slack, clear):
                 if is_all_excepted(scene, margins, k, node):
                     continue
                 body = body_at(scene, k, a), p, bounds
-                top = push_reached(scene.nodes, node, body, within - unused_tree_margin(margins), margins, stack, top)
+                top = push_reached(scene, node, body, within - unused_tree_margin(margins), margins, stack, top)
                 continue
             o = -1 - node
         theirs = solid_at(scene, o, half)

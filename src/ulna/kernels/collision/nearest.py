@@ -75,8 +75,8 @@ def nearest_of_body(best, scene, ours, bounds, search, scratch):
         node, nearest = stack[top], lane_of(best[0], 0)
         if heights[top] < nearest:
             if node >= 0:
-                height = gap_bound(child_gap(scene.nodes, node, bounds))
-                top = push_children(scene.nodes, node, height, nearest, stack, heights, top)
+                height = gap_bound(child_gap(scene, node, bounds))
+                top = push_children(scene, node, height, nearest, stack, heights, top)
             else:
                 w = -1 - node
                 theirs = solid_at(scene, w, like)

@@ -40,20 +40,20 @@ def pair_overlaps(scene, p, body_rows, hits):
 def overlaps_indexed(scene, body_rows, bound_rows, lane, stack, found):
     """Whether any body of the robot, in one lane, overlaps any indexed object."""
     for k in range(scene.bodies.shape[0]):
-        ours, bounds = body_at(scene, k, lane_pose(body_rows, k, lane)), lane_bounds(bound_rows, k, lane)
-        if body_overlaps_indexed(scene, ours, bounds, stack, found):
-            return True
+        bounds = lane_bounds(bound_rows, k, lane)
+        stack[0], top = scene.root, 1
+        while top > 0:
+            n_found, top = rows_within(scene, bounds, stack, top, found)
+            if n_found > 0 and overlaps_any(scene, body_at(scene, k, lane_pose(body_rows, k, lane)), found, n_found):
+                return True
     return False
 
 
 @kernel
-def body_overlaps_indexed(scene, ours, bounds, stack, found):
-    """Whether a body (``scene.Posed``) with an AABB overlaps any indexed object."""
-    stack[0], top = scene.root, 1
-    while top > 0:
-        n_found, top = rows_within(scene.nodes, bounds, stack, top, found)
-        for i in range(n_found):
-            theirs = solid_at(scene, found[i], 0.0)
-            if not may_touch(scene, ours.row, theirs.row) and rows_overlap(ours, theirs, 1.0):
-                return True
+def overlaps_any(scene, ours, found, n_found):
+    """Whether a body (``scene.Posed``) overlaps any of the solids in the first ``n_found`` entries of found."""
+    for i in range(n_found):
+        theirs = solid_at(scene, found[i], 0.0)
+        if not may_touch(scene, ours.row, theirs.row) and rows_overlap(ours, theirs, 1.0):
+            return True
     return False

@@ -68,7 +68,7 @@ def has_exact_ball(kind, other):
 
 
 @kernel
-def tree_is_reached(nodes, root, p, within, radius, stack):
+def tree_is_reached(scene, root, p, within, radius, stack):
     """Whether a ball with center p and a radius reaches the AABB of any solid in a tree."""
     bounds, top = ball_bounds(p, within + radius), 1
     stack[0] = root
@@ -77,27 +77,27 @@ def tree_is_reached(nodes, root, p, within, radius, stack):
         node = stack[top]
         if node < 0:
             return True
-        bits = children_in(nodes, node, bounds)
+        bits = children_in(scene, node, bounds)
         while bits != 0:
             lane = lowest_bit(bits)
-            if any_lane(ball_reaches(*child_box(nodes, node, lane), p, within, radius)):
-                stack[top] = child_of(nodes, node, lane)
+            if any_lane(ball_reaches(*child_box(scene, node, lane), p, within, radius)):
+                stack[top] = child_of(scene, node, lane)
                 top += 1
             bits &= bits - 1
     return False
 
 
 @kernel
-def push_reached(nodes, node, body, within, margins, stack, top):
+def push_reached(scene, node, body, within, margins, stack, top):
     """Push the children of a node that a body reaches onto a stack; return the new top.
 
     body: A ``scene.Posed``, its center, and its ``ball_bounds``. margins: None, or margins whose planes give further bounds.
     """
     posed, p, bounds = body
-    bodies, k, bits = posed.table, posed.row, children_in(nodes, node, bounds)
+    bodies, k, bits = posed.table, posed.row, children_in(scene, node, bounds)
     while bits != 0:
         lane = lowest_bit(bits)
-        center, half = child_box(nodes, node, lane)
+        center, half = child_box(scene, node, lane)
         reaches = ball_reaches(center, half, p, within, BALLS * bodies[k, REACH])
         if any_lane(reaches) and int(bodies[k, SHAPE]) != SPHERE:
             reaches = reaches & core_reaches(center, half, bodies, k, posed.pose, within)
@@ -105,16 +105,16 @@ def push_reached(nodes, node, body, within, margins, stack, top):
                 x = transform_inverse(posed.pose, center)
                 reaches = reaches & (beyond_planes(margins.planes, k, posed.pose, x, half) <= within)
         if any_lane(reaches):
-            stack[top] = child_of(nodes, node, lane)
+            stack[top] = child_of(scene, node, lane)
             top += 1
         bits &= bits - 1
     return top
 
 
 @kernel
-def child_box(nodes, node, lane):
+def child_box(scene, node, lane):
     """The center and the half extents of a child's AABB, in plain numbers."""
-    i, last, reach = child_rows(nodes, node)
+    nodes, (i, last, reach) = scene.nodes, child_rows(scene, node)
     low = nodes[i, lane], nodes[i + 1, lane], nodes[i + 2, lane]
     high = nodes[last, lane], nodes[last + 1, lane], nodes[last + 2, lane]
     center = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])
