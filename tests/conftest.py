@@ -10,6 +10,7 @@ import pytest
 
 import ulna
 
+os.environ.setdefault("ULNA_WARMUP", "0")  # no second process that compiles beside the tests, but in its own test
 collect_ignore = ["fuzz_readers.py"]  # started by hand; needs atheris
 if find_spec("numba") is None:
     collect_ignore += ["cuda_arguments.py", "gpu"]

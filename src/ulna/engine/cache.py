@@ -45,6 +45,7 @@ from ulna.engine.numba_private import (
     turned_off,
 )
 from ulna.engine.private_folder import PrivateFolder, SharedFolderError, cache_base, private_folder
+from ulna.engine.second_process import is_compiled_there
 from ulna.engine.sources import sources_hash
 
 _UNUSED_DAYS = 30
@@ -124,14 +125,15 @@ class _Files(IndexDataCacheFile):
     def load(self, key):
         """The machine code of a key, or None; marks its file as used now."""
         with contextlib.suppress(FileNotFoundError):
-            return pickle.loads(self._folder.read(self._name(key)))  # noqa: S301 - only this user can write there
+            return pickle.loads(self._folder.read(self.name_of(key)))  # noqa: S301 - only this user can write there
         return None
 
     def save(self, key, data):
         """Save the machine code of a key: the types of the arguments, the processor, and hashes of the function's code."""
-        self._folder.write(self._name(key), self._dump(data))
+        self._folder.write(self.name_of(key), self._dump(data))
 
-    def _name(self, key) -> str:
+    def name_of(self, key) -> str:
+        """The name of the file of a key."""
         return self._data_name_pattern.replace("{number:d}", hashlib.sha256(repr(key).encode()).hexdigest()[:16])
 
 
@@ -150,6 +152,10 @@ class RoutineCache(FunctionCache):
             return super().load_overload(sig, target_context)
         return None
 
+    def file_of(self, sig, target_context) -> str:
+        """The name of the file of a signature."""
+        return self._cache_file.name_of(self._index_key(sig, target_context.codegen()))
+
     def save_overload(self, sig, data):
         """Save the machine code of a compiled signature; generate it now if that has not happened yet."""
         data.library.get_pointer_to_function(data.fndesc.llvm_func_name)
@@ -161,10 +167,17 @@ class KernelCache(RoutineCache):
     """Numba's cache of one entry, in our folder, with announced compilations."""
 
     def load_overload(self, sig, target_context):
-        """The machine code of a signature from the cache, or None: then Numba compiles it, which is announced."""
+        """The machine code of a signature from the cache, or None: then Numba compiles it, which is announced.
+
+        It waits for the second process if that is just compiling it.
+        """
         loaded = super().load_overload(sig, target_context)
         if loaded is None:
             compilation_begins(self._py_func.__name__)
+            if is_compiled_there(self.file_of(sig, target_context)):
+                loaded = super().load_overload(sig, target_context)
+            if loaded is not None:
+                compilation_ended(self._py_func.__name__)
         return loaded
 
     def save_overload(self, sig, data):

@@ -215,6 +215,7 @@ _ATTRIBUTES: tuple[tuple[str | tuple[str, ...], Any, str, str], ...] = (
     (CACHE, CompileResultCacheImpl, "_locator_classes", "what names the files"),
     (CACHE, CompileResultCacheImpl, "filename_base", "a file's name without its hash"),
     (CACHE, FunctionCache, "_impl_class", "what is written"),
+    (CACHE, FunctionCache, "_index_key", "what the name of a file depends on"),
     (CACHE, FunctionCache, "load_overload", "called before a function is compiled"),
     (CACHE, FunctionCache, "save_overload", "called when it was"),
     (CACHE, _files, "_data_name_pattern", "the name of a file"),

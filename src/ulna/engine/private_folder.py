@@ -13,6 +13,11 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
+
 _HAS_MODES = hasattr(os, "geteuid")  # Windows: folders have access lists, which the user's own profile restricts to the user
 
 
@@ -127,6 +132,14 @@ class PrivateFolder(contextlib.AbstractContextManager):
                 os.unlink(part, dir_fd=here)
             raise
 
+    def lock(self, name: str) -> bool:
+        """Lock a file until this process ends; returns False if another process has locked it."""
+        try:
+            lock_file(os.open(self._name_in(name), os.O_RDWR | os.O_CREAT, 0o600, dir_fd=self._descriptor))
+        except OSError:
+            return False
+        return True
+
     def remove_unused(self, days: float) -> None:
         """Remove the files that were not used for ``days``."""
         for entry in self._entries():
@@ -157,6 +170,20 @@ class PrivateFolder(contextlib.AbstractContextManager):
     def _name_in(self, name: str) -> str:
         """The name to use with the descriptor; the path without one."""
         return str(self.path / name) if self._descriptor is None else name
+
+
+def lock_file(descriptor: int) -> None:
+    """Lock an open file until it is closed.
+
+    Raises:
+        OSError: Another process holds the lock.
+    """
+    if fcntl is not None:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return
+    import msvcrt  # noqa: PLC0415 -- of Windows alone
+
+    msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
 
 
 def private_folder(base: Path) -> PrivateFolder:

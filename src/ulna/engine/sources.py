@@ -14,7 +14,8 @@ from pathlib import Path
 
 _PACKAGES = dirname(dirname(dirname(__file__)))  # the folder that contains Ulna's package
 _IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b([ \t]*\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE)
-_WITHOUT_CODE = {"ulna.errors", "ulna.engine.ahead"}  # raised errors change no machine code, nor does code compiled elsewhere
+# Raised errors change no machine code, nor does code compiled elsewhere, nor which process compiles.
+_WITHOUT_CODE = {"ulna.errors", "ulna.engine.ahead", "ulna.engine.second_process"}
 _COMMENT, _CONTINUED = re.compile(r"#[^\n]*"), re.compile(r"\\\n")
 
 

@@ -24,16 +24,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ulna.engine.private_folder import lock_file
 from ulna.engine.threads import n_threads, threads
 from ulna.errors import ClusterError, FileError, UlnaError, needs_extra
 from ulna.reachability.chunk import Outcome, run_on_worker, run_task
 from ulna.reachability.grid import Grid
 from ulna.reachability.store import missing_chunks
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None
 _MAX_CHUNKS = 16  # of a task: a quarter of a second of work for an arm with a closed form, half a second for a search
 _MAX_PENDING = 3  # tasks for each thread
 _RETRIES = 3
@@ -195,7 +192,7 @@ def _locked_file(lock_path: Path, path: Path) -> int:
         except OSError as error:
             raise FileError(str(path), f"the folder cannot be written to ({error.strerror})") from None
         try:
-            _lock(file)
+            lock_file(file)
         except OSError:
             os.close(file)
             raise FileError(str(path), "another process is writing to this map; wait for it, or end it") from None
@@ -203,13 +200,3 @@ def _locked_file(lock_path: Path, path: Path) -> int:
             if os.path.samestat(os.fstat(file), lock_path.stat()):
                 return file
         os.close(file)  # it was removed meanwhile by the process that held it
-
-
-def _lock(file: int) -> None:
-    """Lock a file; an OSError at once if another process holds the lock."""
-    if fcntl is not None:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return
-    import msvcrt  # noqa: PLC0415 -- of Windows alone
-
-    msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
