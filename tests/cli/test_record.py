@@ -2,6 +2,7 @@ import sys
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import ulna
 from ulna.cli import record as record_file
@@ -15,6 +16,16 @@ def test_a_picture_of_any_robot(run, tmp_path, slider):
     assert result.stderr == ""
     assert result.stdout.startswith(f"{tmp_path}/slider.png: a picture of 64x48, 0.0")
     assert (tmp_path / "slider.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_from_two_angles_or_a_side(run, refusal, tmp_path, slider):
+    for name, camera in (("a.png", ("--camera", "90, 0", "--degrees")), ("b.png", ("--camera", "left")), ("c.png", ())):
+        assert run("record", tmp_path / name, "--robot", slider, "--size", "64x48", *camera).exit_code == 0
+    a, b, c = (np.asarray(Image.open(tmp_path / name).convert("RGB")).astype(int) for name in ("a.png", "b.png", "c.png"))
+    assert np.abs(a - b).mean() < 1.0 < np.abs(a - c).mean()
+    assert (
+        refusal("record", tmp_path / "d.png", "--camera", "left") == "--camera: requires --robot; in the demo the camera is fixed"
+    )
 
 
 @pytest.mark.slow
@@ -94,6 +105,11 @@ def test_a_bad_motion_file_is_refused_in_one_line(refusal, tmp_path, content, me
     [
         (["panda.avi"], "OUT: 'panda.avi' ends in none of .mp4, .gif, .png"),
         (["panda.mp4", "--size", "big"], "--size: 'big'; width and height are expected, as in 1280x720"),
+        (
+            ["panda.png", "--camera", "up"],
+            "--camera: 'up'; corner, front, back, left, right, top, or two angles [rad] are",
+        ),
+        (["panda.png", "--camera", "pi/4"], "--camera: 1 number, but 2 are expected: turn, rise"),
         (["panda.mp4", "--seconds", "0"], "--seconds: 0; a length above 0 s with at most 20000 pictures is expected"),
         (["panda.mp4", "--fps", "0"], "--fps: 0; 1 to 120 pictures a second are expected"),
         (["panda.mp4", "--size", "8x8"], "--size: 8x8; each side has 16 to 4096 pixels"),

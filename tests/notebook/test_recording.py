@@ -112,9 +112,30 @@ def pixels_of_first(film):
     return np.asarray(Image.open(io.BytesIO(film.data)).convert("RGB"))
 
 
+@pytest.mark.parametrize(
+    ("side", "opposite", "angles", "place", "extents"),
+    [
+        ("front", "back", (0.0, 0.0), (1.0, 0.0, 0.5), (0.02, 1.0, 1.0)),
+        ("left", "right", (np.pi / 2, 0.0), (0.0, 1.0, 0.5), (1.0, 0.02, 1.0)),
+        ("back", "front", (-np.pi, 0.0), (-1.0, 0.0, 0.5), (0.02, 1.0, 1.0)),
+        ("right", "left", (-np.pi / 2, 0.0), (0.0, -1.0, 0.5), (1.0, 0.02, 1.0)),
+        ("top", "corner", (0.0, np.pi / 2), (0.0, 0.0, 1.0), (1.0, 1.0, 0.02)),
+    ],
+)
+def test_a_wall_hides_what_is_behind_it_from_its_side_alone(side, opposite, angles, place, extents):
+    world = ulna.World()
+    world.add("crate", ulna.Box((0.1, 0.1, 0.1)), ulna.pose((0.0, 0.0, 0.05)))
+    world.add("wall", ulna.Box(extents), ulna.pose(place))
+    found = [pixels(world.show(size=SMALL, camera=camera)) for camera in (side, angles, opposite)]
+    orange = [np.count_nonzero(each[..., 0] - each[..., 2] > 60) for each in found]
+    assert orange[:2] == [0, 0]
+    assert orange[2] > 30
+
+
 def test_what_cannot_be_shown_is_refused_by_its_name(arm, crate, motion, tmp_path):
     for argument, ask in {
         "size": lambda: arm.show(size="large"),
+        "camera": lambda: crate.show(camera="below"),
         "q": lambda: arm.show([0, 0, 0]),
         "world": lambda: arm.show(world=[1]),
         "seconds": lambda: motion.show(seconds=0),

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from ulna.description.shapes import Box
-from ulna.viewer.film.camera import Camera, sun_view
+from ulna.viewer.film.camera import Camera, direction_to, sun_view
 from ulna.viewer.film.painter import make_panes
 from ulna.viewer.film.skin import corner_normals, linear
 from ulna.viewer.palette import Solid
@@ -48,7 +48,7 @@ def test_the_rays_of_a_camera_invert_its_projection(rng, position):
 def test_a_camera_that_frames_points_has_them_all_in_the_middle_of_the_picture(rng, aspect):
     size = (round(200 * aspect), 200)
     points = (1.0, 2.0, 3.0) + rng.uniform(-1, 1, size=(300, 3)) * (0.8, 0.1, 0.4)
-    camera = Camera.framing(points, 1.1, aspect)
+    camera = Camera.framing(points, direction_to((1.1, 0.4)), aspect)
     x, y = np.transpose([camera.place(point, *size) for point in points])
     assert x.min() > 0
     assert y.min() > 0
@@ -61,7 +61,7 @@ def test_a_camera_that_frames_points_has_them_all_in_the_middle_of_the_picture(r
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
 def test_a_camera_around_a_ball_has_all_of_it_in_the_picture(rng, aspect):
     size = (round(200 * aspect), 200)
-    camera = Camera.around((1.0, 2.0, 3.0), 0.7, 1.1, aspect)
+    camera = Camera.around((1.0, 2.0, 3.0), 0.7, direction_to((1.1, 0.4)), aspect)
     directions = rng.normal(size=(300, 3))
     points = (1.0, 2.0, 3.0) + 0.7 * directions / np.linalg.norm(directions, axis=1, keepdims=True)
     x, y = np.transpose([camera.place(point, *size) for point in points])

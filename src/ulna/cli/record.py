@@ -15,11 +15,12 @@ from ulna.cli.options import Degrees, Loading, load_robot
 from ulna.cli.output import printable
 from ulna.cli.plugins import FILMS, Film, load_plugins
 from ulna.cli.rows import read_motion, read_trajectory
-from ulna.cli.targets import Positions, q_of
+from ulna.cli.targets import Positions, is_name, numbers, q_of
 from ulna.collision.world import World
 from ulna.engine.progress import progress_bar
 from ulna.errors import InputError, needs_extra
 from ulna.robot import Robot
+from ulna.robot.coordinates import Coordinate
 
 Out = Annotated[Path, typer.Argument(metavar="OUT", help="The file: .mp4, .gif, or .png for a single picture.")]
 Seconds = Annotated[float | None, typer.Option(help="The duration; by default 30, 10 with --robot, or that of --plan.")]
@@ -39,7 +40,15 @@ PlanFile = Annotated[
     Path | None,
     typer.Option("--plan", metavar="FILE", help="A motion of `ulna plan --csv`, or a message of ROS, shown in real time."),
 ]
+CameraAt = Annotated[
+    str | None,
+    typer.Option(
+        metavar="SIDE",
+        help='corner, front, back, left, right or top; or "turn, rise": angles about z from x, and above the horizon.',
+    ),
+]
 Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes of the arm's collision checks.")]
+_TURN_AND_RISE = Coordinate("turn", "rad"), Coordinate("rise", "rad")
 _SHORTEST = 0.1  # [s], the minimum length of a film
 _EXTRA = ("recording", "viewer", "trimesh", "av", "PIL")
 
@@ -54,6 +63,7 @@ def record(
     size: Size = None,
     rate: Rate = None,
     at: At = None,
+    camera: CameraAt = None,
     robot: RecordedRobot = None,
     q: Positions = None,
     degrees: Degrees = False,
@@ -74,6 +84,8 @@ def record(
         raise InputError(
             "--base, --tip, --srdf, --no-srdf, --xacro-arg, --package-dir", "require --robot; without it the demo is recorded"
         )
+    if camera is not None and not of_robot:
+        raise InputError("--camera", "requires --robot; in the demo the camera is fixed")
     if of_robot and at is not None:
         raise InputError("--at", "requires the demo; a robot's picture has no time")
     if path.suffix.lower() == ".png" and (rate is not None or (of_robot and seconds is not None)):
@@ -84,7 +96,8 @@ def record(
         film, length = _film_of_robot(load_robot(loading, robot=robot or "panda"), world, q, trajectory, plan, degrees=degrees)
     else:
         film, length = _film(), 30.0
-    form = make_form(path, length if seconds is None else seconds, None if size is None else _size(size), rate)
+    length = length if seconds is None else seconds
+    form = make_form(path, length, None if size is None else _size(size), rate, _camera(camera, degrees=degrees))
     start = time.perf_counter()
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     with progress_bar(*columns) as progress:
@@ -131,6 +144,10 @@ def _size(text: str) -> tuple[int, int]:
     if not sides:
         raise InputError("--size", f"{text!r}; width and height are expected, as in 1280x720")
     return int(sides[1]), int(sides[2])
+
+
+def _camera(text: str | None, *, degrees: bool) -> str | list[float] | None:
+    return text if text is None or is_name(text) else numbers("--camera", text, _TURN_AND_RISE, degrees=degrees)
 
 
 def _summary(form: Any, seconds: float) -> str:

@@ -357,20 +357,21 @@ class World:
         with self._lock:
             return tuple((name, shape, self._poses[name].copy()) for name, shape in self._shapes.items())
 
-    def show(self, *, size: tuple[int, int] | None = None) -> Recording:
+    def show(self, *, size: tuple[int, int] | None = None, camera: str | ArrayLike | None = None) -> Recording:
         """A picture of the objects alone, drawn without a display; ``robot.show(q, world)`` also draws a robot.
 
         Args:
             size: Width and height [pixels]; 720 and 480 unless given.
+            camera: Where they are seen from; see ``Robot.show``.
 
         Returns:
             A ``Recording``, which a notebook shows and keeps; its ``save("world.png")`` writes a file.
 
         Raises:
-            InputError: The size is invalid.
+            InputError: The size or the camera is invalid.
             MissingExtraError: The extra ``viewer`` is not installed.
         """
-        return drawer("world")(self, size=size)
+        return drawer("world")(self, size=size, camera=camera)
 
     def objects(self) -> Objects:
         """A snapshot of the objects as tables for the kernels; only changes are laid out again."""

@@ -55,10 +55,15 @@ class _SecondProcess:
 
     def __init__(self) -> None:
         path = [str(Path(__file__).parents[2]), *(folder for folder in sys.path if folder)]
-        self._process = subprocess.Popen(
+        self._process = subprocess.Popen(  # noqa: S603 - our own program
             [sys.executable, "-I", "-c", _FILL, json.dumps(path)],
-            env={**os.environ, _VARIABLE: "0"}, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, encoding="utf-8",
-        )  # fmt: skip
+            env={**os.environ, _VARIABLE: "0"},
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            encoding="utf-8",
+        )
         self._of, self._changed, self._current = os.getpid(), threading.Condition(), ""
         threading.Thread(target=self._read, name="ulna-second-process", daemon=True).start()
         atexit.register(self._end)

@@ -109,7 +109,7 @@ def fill_cache() -> None:
     threading.Thread(target=_read_until_the_end, args=(left_out,), daemon=True).start()
     if folder is not None and folder.lock("filling"):
         Announcements.enabled = False
-        for job in sorted(all_jobs(Entries(__package__.partition(".")[0])), key=lambda job: job.signature):
+        for job in sorted(all_jobs(Entries(__name__.partition(".")[0])), key=lambda job: job.signature):
             entry = job.entries.marked(job.name)
             signature = numba_types(ENTRIES[entry].signatures[job.signature])
             file = entry._cache.file_of(signature, entry.targetctx)  # noqa: SLF001 - ours

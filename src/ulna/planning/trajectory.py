@@ -590,6 +590,7 @@ class Trajectory(OneLine):
         seconds: float | None = None,
         boxes: bool = False,
         size: tuple[int, int] | None = None,
+        camera: str | ArrayLike | None = None,
     ) -> Recording:
         """Draw an animation of the motion without a display; a notebook loops it and stores it in its file.
 
@@ -598,18 +599,19 @@ class Trajectory(OneLine):
             seconds: The length of the animation [s]; the duration of the motion, at most 10, unless given.
             boxes: Show the robot's collision boxes.
             size: Width and height [pixels]; 480 and 320 unless given.
+            camera: Where the robot is seen from; see ``Robot.show``.
 
         Returns:
             A ``Recording``; its ``save("motion.mp4")`` writes a video, ``save("motion.gif")`` an animated GIF.
 
         Raises:
-            InputError: The world, the seconds or the size is invalid.
+            InputError: The world, the seconds, the size or the camera is invalid.
             MissingExtraError: The extra ``viewer`` is not installed.
         """
         if self._motion is None:
             raise AssertionError("every plan with a path has one")
         around = self._motion.world if world is None else world
-        return drawer("motion")(self, self._motion.checker, around, seconds=seconds, boxes=boxes, size=size)
+        return drawer("motion")(self, self._motion.checker, around, seconds=seconds, boxes=boxes, size=size, camera=camera)
 
     def __getstate__(self) -> dict:
         return {name: value for name, value in self.__dict__.items() if name not in {"times", "_at_times"}}

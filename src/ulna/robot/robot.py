@@ -1362,7 +1362,13 @@ class Robot(Forces):
         return Servo(self.tree, self._checker, world, asked)
 
     def show(
-        self, q: ArrayLike | None = None, world: World | None = None, *, boxes: bool = False, size: tuple[int, int] | None = None
+        self,
+        q: ArrayLike | None = None,
+        world: World | None = None,
+        *,
+        boxes: bool = False,
+        size: tuple[int, int] | None = None,
+        camera: str | ArrayLike | None = None,
     ) -> Recording:
         """Draw a picture of the robot without a display; a notebook shows it and stores it in its file.
 
@@ -1373,15 +1379,17 @@ class Robot(Forces):
             world: The obstacles; obstacles that the robot touches are red.
             boxes: Show the robot's collision boxes; boxes in contact are red.
             size: Width and height [pixels]; 720 and 480 unless given.
+            camera: Where it is seen from: "corner", "front", "back", "left", "right" or "top"; or two angles [rad], about z
+                from x and above the horizon.
 
         Returns:
             A ``Recording``; its ``save("arm.png")`` writes it.
 
         Raises:
-            InputError: q, the world or the size is invalid.
+            InputError: q, the world, the size or the camera is invalid.
             MissingExtraError: The extra ``viewer`` is not installed.
         """
-        return drawer("robot")(self, q, world, boxes=boxes, size=size)
+        return drawer("robot")(self, q, world, boxes=boxes, size=size, camera=camera)
 
     @property
     def allowed_collisions(self) -> AllowedCollisions:

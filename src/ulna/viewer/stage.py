@@ -14,7 +14,7 @@ from ulna.description.pose import pose
 from ulna.description.shapes import ConvexMesh, HalfSpace, Mesh, Primitive, UnknownShape
 from ulna.robot import Robot
 from ulna.viewer.arm import Extent
-from ulna.viewer.film.camera import Camera, distance_showing
+from ulna.viewer.film.camera import SIDES, Camera, distance_showing
 from ulna.viewer.page import Page
 from ulna.viewer.palette import FLOOR_CELLS, FLOOR_SECTIONS, SKY, TO_SUN
 from ulna.viewer.visuals import outlines_near, triangles
@@ -26,15 +26,6 @@ _NEARBY = 4.0  # [radii of the robot] obstacles farther away neither lower the f
 _MAX_VIEW = 2.5  # [radii of the robot] the largest scene for which the camera moves back
 _SHADOW = 0.4  # opacity of the shadows on the floor
 _STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)  # [m] possible sides of the floor's cells
-_FROM = np.array([0.77, -0.72, 0.36])  # the direction from the robot to the camera
-_SIDES = {  # x is forward, y left
-    "corner": _FROM,
-    "front": (1.0, 0.0, 0.0),
-    "back": (-1.0, 0.0, 0.0),
-    "left": (0.0, 1.0, 0.0),
-    "right": (0.0, -1.0, 0.0),
-    "top": (1e-3, 0.0, 1.0),
-}
 _PICTURE_S = 60.0  # the maximum time that a browser takes for a picture
 _FIELD_OF_VIEW = 0.7  # [rad] from the bottom to the top of the page
 _ROOM = 1.15  # radii of the robot that the camera shows at least, for new obstacles beside it
@@ -109,11 +100,12 @@ def add_stage(page: Page, extent: Extent, scene: Extent | None = None) -> viser.
     cell = next((step for step in _STEPS if step > radius / 10), _STEPS[-1])
     server.scene.set_up_direction("+z")
     add_light(server.scene, extent.center, radius)
-    distance = distance_to(scene, extent, _FROM)
+    away = np.array(SIDES["corner"])
+    distance = distance_to(scene, extent, away)
     floor = add_floor(page, min(float(extent.low[2]), 0.0) - max(1e-3, 4e-3 * radius), cell, 4.0 * distance)
     server.initial_camera.fov = _FIELD_OF_VIEW
     server.initial_camera.look_at = tuple(scene.center)
-    server.initial_camera.position = tuple(scene.center + distance * _FROM / np.linalg.norm(_FROM))
+    server.initial_camera.position = tuple(scene.center + distance * away / np.linalg.norm(away))
     server.initial_camera.far = max(100.0, 20 * distance)
     stand_back_where_narrow(server, _ASPECT)
     return floor
@@ -149,7 +141,7 @@ class SightPanel:
 
     def __init__(self, page: Page, robot: Extent, scene: Callable[[], Extent]) -> None:
         self._robot, self._scene, server = robot, scene, page.server
-        self.sides = server.gui.add_button_group("See from", tuple(_SIDES))
+        self.sides = server.gui.add_button_group("See from", tuple(SIDES))
         page.add_dark_button()
         self.picture = server.gui.add_button("Save picture", hint="Download the scene, as this browser shows it, as a .png file")
         self.sides.on_click(self._turn)
@@ -172,7 +164,7 @@ class SightPanel:
         """Move the camera of the tab in which the button was clicked, so that it sees the whole scene."""
         if event.client is None:
             return
-        scene, camera, direction = self._scene(), event.client.camera, np.array(_SIDES[event.target.value])
+        scene, camera, direction = self._scene(), event.client.camera, np.array(SIDES[event.target.value])
         distance = distance_to(scene, self._robot, direction) * max(1.0, _ASPECT / max(camera.aspect, 0.1))
         with event.client.atomic():
             camera.position = scene.center + distance * direction / np.linalg.norm(direction)

@@ -6,8 +6,22 @@ from math import atan, cos, sin, tan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ulna.description.arrays import as_floats
+from ulna.errors import InputError, cited
+
+View = str | ArrayLike | None  # where a camera is; see ``direction_to``
+
 _CENTRINGS = 4  # iterations that center the points in the picture
 _MARGIN = 1.05  # factor of the distance from which the points just fit
+SIDES = {  # directions from a scene to a camera; x is forward, y left
+    "corner": (0.77, -0.72, 0.36),
+    "front": (1.0, 0.0, 0.0),
+    "back": (-1.0, 0.0, 0.0),
+    "left": (0.0, 1.0, 0.0),
+    "right": (0.0, -1.0, 0.0),
+    "top": (1e-3, 0.0, 1.0),
+}
+FILM_FROM = (cos(0.75), sin(0.75), 0.42)  # the direction to a film's camera unless given
 _UPRIGHT = 1e-9  # the sine of the angle between the camera's axis and z, below which "up" is not defined
 
 
@@ -26,21 +40,21 @@ class Camera:
     fov: float = 0.6
 
     @classmethod
-    def around(cls, middle: ArrayLike, radius: float, turn: float, aspect: float) -> "Camera":
-        """A camera above a ball that sees all of it.
+    def around(cls, middle: ArrayLike, radius: float, away: ArrayLike, aspect: float) -> "Camera":
+        """A camera that sees all of a ball.
 
         Args:
             middle: The center of the ball in the base frame [m], shape (3,).
             radius: Its radius [m].
-            turn: The angle of the camera about z, from x [rad].
+            away: The direction from the ball to the camera, shape (3,).
             aspect: Width by height of the picture.
         """
         half = atan(tan(cls.fov / 2.0) * min(aspect, 1.0))
-        return cls._from_above(np.asarray(middle), turn, radius / sin(half))
+        return cls._beside(np.asarray(middle), away, radius / sin(half))
 
     @classmethod
-    def framing(cls, points: NDArray[np.float64], turn: float, aspect: float) -> "Camera":
-        """A camera above points that shows them as large as possible and centered.
+    def framing(cls, points: NDArray[np.float64], away: ArrayLike, aspect: float) -> "Camera":
+        """A camera that shows points as large as possible and centered.
 
         In the axes of the camera, from the point it looks at, a point is at r (right), d (down), f (forward). Let a be the
         distance of the camera. The depth of the point is a + f. It is in the picture if |d| and |r| / aspect are at most
@@ -48,23 +62,22 @@ class Camera:
 
         Args:
             points: In the base frame [m], shape (n, 3).
-            turn: The angle of the camera about z, from x [rad].
+            away: The direction from the points to the camera, shape (3,).
             aspect: Width by height of the picture.
         """
         middle, distance = (points.min(axis=0) + points.max(axis=0)) / 2, 1.0
-        axes, slope = cls._from_above(middle, turn, 1.0).axes(), tan(cls.fov / 2.0)
+        axes, slope = cls._beside(middle, away, 1.0).axes(), tan(cls.fov / 2.0)
         for _ in range(_CENTRINGS):
             r, d, f = axes @ (points - middle).T
             distance = max(distance_showing(np.array([r, d, f]), slope, aspect), 1e-3)
             seen = np.array([r, d]) / (distance + f)
             middle = middle + distance * (seen.min(axis=1) + seen.max(axis=1)) / 2 @ axes[:2]
-        return cls._from_above(middle, turn, _MARGIN * distance)
+        return cls._beside(middle, away, _MARGIN * distance)
 
     @classmethod
-    def _from_above(cls, middle: NDArray[np.float64], turn: float, distance: float) -> "Camera":
-        """A camera above a point, at a distance from it [m]."""
-        away = np.array([cos(turn), sin(turn), 0.42])
-        position = middle + away / np.linalg.norm(away) * distance
+    def _beside(cls, middle: NDArray[np.float64], away: ArrayLike, distance: float) -> "Camera":
+        """A camera in a direction from a point, at a distance from it [m]."""
+        position = middle + np.asarray(away) / np.linalg.norm(away) * distance
         return cls(tuple(position.tolist()), tuple(middle.tolist()))
 
     def rays(self, width: int, height: int) -> NDArray[np.float64]:
@@ -102,6 +115,30 @@ class Camera:
             right = np.array([0.0, -1.0, 0.0])
         right /= np.linalg.norm(right)
         return np.array([right, np.cross(forward, right), forward])
+
+
+def direction_to(camera: View, name: str = "camera") -> tuple[float, float, float]:
+    """The direction from a scene to a camera.
+
+    Args:
+        camera: A name of ``SIDES``, or the angle about z, from x, and the angle above the horizon [rad], shape (2,). None is the
+            direction of a film.
+        name: The name of the argument, for errors.
+
+    Raises:
+        InputError: The name is unknown, or the angles are not two finite numbers.
+    """
+    if camera is None:
+        return FILM_FROM
+    if isinstance(camera, str):
+        if camera not in SIDES:
+            raise InputError(name, f"{cited(camera)}; {', '.join(SIDES)}, or two angles [rad] are expected")
+        return SIDES[camera]
+    angles = as_floats(name, camera)
+    if angles.shape != (2,) or not np.isfinite(angles).all():
+        raise InputError(name, f"{cited(camera)}; two finite angles [rad] are expected: about z, and above the horizon")
+    turn, up = angles.tolist()
+    return cos(turn) * max(cos(up), 1e-3), sin(turn) * max(cos(up), 1e-3), sin(up)
 
 
 def distance_showing(points: NDArray[np.float64], slope: float, aspect: float) -> float:

@@ -13,17 +13,17 @@ from numpy.typing import NDArray
 from ulna.collision.attached import Attached
 from ulna.collision.report import Report
 from ulna.collision.world import World
+from ulna.description.pose import matrix_from_rotation_vector
 from ulna.description.shapes import Box, HalfSpace
 from ulna.errors import GeometryError, InputError, did_you_mean
 from ulna.robot import Robot
-from ulna.viewer.film.camera import Camera
+from ulna.viewer.film.camera import FILM_FROM, Camera, View, direction_to
 from ulna.viewer.film.film import WRITERS, Film, write_film
 from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.film.skin import BoundingBall, Model
 from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid, collision_boxes
 from ulna.viewer.visuals import outlines_near, touching_links
 
-TURN_FROM = 0.75  # [rad] the first angle of the camera about z, from x
 _CACHED_MODELS = 2  # robots whose models are cached
 LARGEST_SIZE, MAX_FRAMES = 4096, 20_000
 FINE_PIXELS = 1920 * 1080  # a single picture of at most so many pixels has more samples per pixel
@@ -36,19 +36,26 @@ def report_nothing(done: int) -> None:
 
 @dataclass(frozen=True)
 class Form:
-    """The format of a video or picture file.
+    """The format of a video or picture file, and the place of the camera.
 
     Attributes:
         path: The path of the file, which ends in .mp4, .gif or .png.
         seconds: The length of the film [s].
         size: Width and height [pixels]; even numbers for a video.
         rate: Pictures per second.
+        away: The direction from the scene to the camera; where the camera circles the scene, to its first place.
     """
 
     path: Path
     seconds: float
     size: tuple[int, int]
     rate: int
+    away: tuple[float, float, float] = FILM_FROM
+
+    @property
+    def aspect(self) -> float:
+        """Width by height."""
+        return self.size[0] / self.size[1]
 
     @property
     def is_still(self) -> bool:
@@ -61,11 +68,15 @@ class Form:
         return 1 if self.is_still else max(round(self.seconds * self.rate), 1)
 
 
-def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, rate: int | None = None) -> Form:
+def make_form(
+    path: Path, seconds: float, size: tuple[int, int] | None = None, rate: int | None = None, camera: View = None
+) -> Form:
     """A form with defaults: 1280x720 at 30 Hz, or 640x360 at 10 Hz for a .gif.
 
+    camera: see ``direction_to``.
+
     Raises:
-        InputError: The ending is unknown, or the length, the size or the rate is out of range.
+        InputError: The ending is unknown, or the length, the size, the rate or the camera is out of range.
     """
     ending = path.suffix.lower()
     if ending not in WRITERS:
@@ -81,7 +92,7 @@ def make_form(path: Path, seconds: float, size: tuple[int, int] | None = None, r
         raise InputError("seconds", f"{seconds:g}; a length above 0 s with at most {MAX_FRAMES} pictures is expected")
     if ending == ".mp4":
         width, height = width + width % 2, height + height % 2  # H.264 halves the raster of the colors
-    return Form(path, seconds, (width, height), rate)
+    return Form(path, seconds, (width, height), rate, direction_to(camera))
 
 
 @lru_cache(_CACHED_MODELS)
@@ -111,9 +122,8 @@ def record_robot(
     solids = tuple(collision_boxes(robot)) if boxes else ()
     model = model_of(robot)
     ball = BoundingBall.of(model.points_at(q))
-    aspect = form.size[0] / form.size[1]
-    turns = TURN_FROM + 2 * pi * np.arange(form.n_frames) / form.n_frames
-    pictures = [Picture(q, Camera.around(ball.center, ball.radius, turn, aspect), solids) for turn in turns]
+    turns = [matrix_from_rotation_vector((0.0, 0.0, turn)) for turn in 2 * pi * np.arange(form.n_frames) / form.n_frames]
+    pictures = [Picture(q, Camera.around(ball.center, ball.radius, R @ form.away, form.aspect), solids) for R in turns]
     write_pictures(form, model, pictures, ground_of(ball), tell)
     return model.missing
 
@@ -157,7 +167,7 @@ def record_moving(
     own = np.vstack([model.points_at(q) for q in _sample_path(path, min(len(path), 16))])
     low, high = own.min(axis=0), own.max(axis=0)
     points = np.vstack([own, *outlines_near(world, (low + high) / 2, _FAR * np.max(high - low) / 2)])
-    camera, ground = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1]), ground_of(BoundingBall.of(points))
+    camera, ground = Camera.framing(points, form.away, form.aspect), ground_of(BoundingBall.of(points))
     pictures = [
         Picture(q, camera, solids_at(robot, report, world, middle, boxes=boxes), touching=touching_links(robot, report))
         for q, report in shots

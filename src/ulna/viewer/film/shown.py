@@ -1,6 +1,7 @@
 """Draws a robot, a world or a motion for a notebook, as a picture or a short film."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol
@@ -17,10 +18,9 @@ from ulna.kinematics.positions import as_configuration
 from ulna.notebook.recording import Recording
 from ulna.planning.timing import Moment
 from ulna.robot import Robot
-from ulna.viewer.film.camera import Camera
+from ulna.viewer.film.camera import Camera, View
 from ulna.viewer.film.painter import Picture
 from ulna.viewer.film.recording import (
-    TURN_FROM,
     Form,
     ground_of,
     make_form,
@@ -51,7 +51,9 @@ class Motion(Protocol):
         ...
 
 
-def show_robot(robot: Robot, q: ArrayLike | None, world: World | None, *, boxes: bool, size: tuple[int, int] | None) -> Recording:
+def show_robot(
+    robot: Robot, q: ArrayLike | None, world: World | None, *, boxes: bool, size: tuple[int, int] | None, camera: View
+) -> Recording:
     """Implementation of ``Robot.show``."""
     refuse_no_world(world)
     at, around = robot.home if q is None else as_configuration(q, robot.tree, "q"), _snapshot(world)
@@ -60,10 +62,10 @@ def show_robot(robot: Robot, q: ArrayLike | None, world: World | None, *, boxes:
     def write(form: Form) -> None:
         record_moving(form, robot, at[None], around, boxes=boxes)
 
-    return _picture(write, size, robot.name)
+    return _picture(write, size, camera, robot.name)
 
 
-def show_world(world: World, *, size: tuple[int, int] | None) -> Recording:
+def show_world(world: World, *, size: tuple[int, int] | None, camera: View) -> Recording:
     """Implementation of ``World.show``."""
     around = world.copy()
 
@@ -71,15 +73,22 @@ def show_world(world: World, *, size: tuple[int, int] | None) -> Recording:
         points = np.vstack(outlines_near(around, np.zeros(3), np.inf) or [_EMPTY])
         ball = BoundingBall.of(points)
         nothing = Robot(Description("world", (Link("world"),), ()))
-        camera = Camera.framing(points, TURN_FROM, form.size[0] / form.size[1])
-        picture = Picture(nothing.home, camera, solids_of_world(nothing, around, ball))
+        eye = Camera.framing(points, form.away, form.aspect)
+        picture = Picture(nothing.home, eye, solids_of_world(nothing, around, ball))
         write_pictures(form, Model(nothing, Visuals({})), [picture], ground_of(ball))
 
-    return _picture(write, size, "a world")
+    return _picture(write, size, camera, "a world")
 
 
 def show_motion(
-    motion: Motion, checker: Checker, world: World | None, *, seconds: float | None, boxes: bool, size: tuple[int, int] | None
+    motion: Motion,
+    checker: Checker,
+    world: World | None,
+    *,
+    seconds: float | None,
+    boxes: bool,
+    size: tuple[int, int] | None,
+    camera: View,
 ) -> Recording:
     """Implementation of ``Trajectory.show``. checker: of the moving robot."""
     refuse_no_world(world)
@@ -92,30 +101,31 @@ def show_motion(
         times = np.linspace(0.0, motion.duration, max(form.n_frames, 2))
         record_moving(form, robot, motion.at(times).q, around, boxes=boxes)
 
+    film = make_form(Path("film.gif"), length, _as_size(size or _FILM), camera=camera)
+
     def save(path: Path) -> None:
         large = _FILM_LARGE if path.suffix.lower() == ".mp4" and size is None else _as_size(size or _FILM)
-        write(make_form(path, length, large))
+        write(make_form(path, length, large, camera=camera))
 
-    film = _as_size(size or _FILM)
-    return Recording(_bytes_of(write, "film.gif", length, film), "gif", film, f"{robot.name} in motion", save)
+    return Recording(_bytes_of(write, film), "gif", film.size, f"{robot.name} in motion", save)
 
 
-def _picture(write: Callable[[Form], None], size: tuple[int, int] | None, subject: str) -> Recording:
-    kept = _as_size(size or _PICTURE)
+def _picture(write: Callable[[Form], None], size: tuple[int, int] | None, camera: View, subject: str) -> Recording:
+    picture = make_form(Path("picture.png"), 1.0, _as_size(size or _PICTURE), camera=camera)
 
     def save(path: Path) -> None:
         if path.suffix.lower() != ".png":
             raise InputError("path", f"{path.name!r} does not end in .png; this is a single picture")
-        write(make_form(path, 1.0, kept))
+        write(replace(picture, path=path))
 
-    return Recording(_bytes_of(write, "picture.png", 1.0, kept), "png", kept, subject, save)
+    return Recording(_bytes_of(write, picture), "png", picture.size, subject, save)
 
 
-def _bytes_of(write: Callable[[Form], None], name: str, seconds: float, size: tuple[int, int]) -> bytes:
-    """The bytes of the file that ``write`` writes under a name."""
+def _bytes_of(write: Callable[[Form], None], form: Form) -> bytes:
+    """The bytes of the file of a form, written to a temporary folder."""
     with TemporaryDirectory(prefix="ulna-") as folder:
-        path = Path(folder, name)
-        write(make_form(path, seconds, size))
+        path = Path(folder, form.path)
+        write(replace(form, path=path))
         return path.read_bytes()
 
 
