@@ -9,27 +9,14 @@ import json
 import os
 import re
 import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from ulna.engine.child_program import command_of
+
 _LIBRARY_PATHS = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH")  # some Pythons need them to start
-_START = """
-import json, sys, types
-sys.path += [path for path in json.loads(sys.argv[2]) if path not in sys.path]
-ulna = sys.modules["ulna"] = types.ModuleType("ulna")
-ulna.__path__ = [sys.argv[1]]
-from {module} import main
-main()
-"""  # the package without its __init__, which would import NumPy
-
-
-def program_of(module: str) -> str:
-    """A program that calls the function ``main`` of a module of this package."""
-    return _START.format(module=module)
 
 
 @contextmanager
@@ -41,9 +28,7 @@ def child_process(program: str, memory: int, seconds: float) -> Iterator[tuple[s
         memory: Bytes of address space.
         seconds: Its time limit; afterwards it is killed.
     """
-    paths = [path for path in sys.path if isinstance(path, str) and os.path.isabs(path)]  # noqa: PTH117 - text in, text out
-    arguments = [str(Path(__file__).parents[1]), json.dumps(paths), json.dumps({"memory": memory, "seconds": seconds})]
-    command = [sys.executable, "-I", "-X", "utf8", "-c", program, *arguments]
+    command = command_of(program, json.dumps({"memory": memory, "seconds": seconds}))
     pipe = subprocess.PIPE
     late = threading.Event()
     with TemporaryDirectory(prefix="ulna-") as folder:

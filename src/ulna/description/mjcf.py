@@ -45,7 +45,8 @@ def read_mjcf(document: Document) -> Description:
 
 def _compiled(document: Document) -> bytes:
     """The compiled model, in MuJoCo's own binary form."""
-    from ulna.description.child_process import child_process, last_words, printable, program_of  # noqa: PLC0415 - as for xacro
+    from ulna.description.child_process import child_process, last_words, printable  # noqa: PLC0415 - as for xacro
+    from ulna.engine.child_program import program_of  # noqa: PLC0415
 
     path = None if document.folder is None else str((document.folder / document.file).resolve())
     try:

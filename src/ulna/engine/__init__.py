@@ -16,7 +16,8 @@
 ``lane_lowering``          their operations.
 ``lane_rows``              their arrays, and loads and stores of a batch's columns.
 ``cache, sources``         machine code on disk, found by a hash of its source files.
-``second_process``         compiles the longest entries beside a program that compiles.
+``second_process, fill``   compile the longest entries beside a program that compiles.
+``child_program``          programs for another Python, isolated from the user's files.
 ``native``                 a plain C interface for compiled entries, called by the extension in this process.
 ``emit``                   writes entries to object files for a wheel.
 ``warmup``                 compiles all entries before they are called.

@@ -45,7 +45,7 @@ from ulna.engine.numba_private import (
     turned_off,
 )
 from ulna.engine.private_folder import PrivateFolder, SharedFolderError, cache_base, private_folder
-from ulna.engine.second_process import is_compiled_there
+from ulna.engine.second_process import is_compiled_elsewhere
 from ulna.engine.sources import sources_hash
 
 _UNUSED_DAYS = 30
@@ -144,6 +144,7 @@ class RoutineCache(FunctionCache):
 
     def __init__(self, py_func, folder: PrivateFolder):
         super().__init__(py_func)
+        self._folder = folder
         self._cache_file = _Files(folder, self._impl.filename_base)
 
     def load_overload(self, sig, target_context):
@@ -167,14 +168,11 @@ class KernelCache(RoutineCache):
     """Numba's cache of one entry, in our folder, with announced compilations."""
 
     def load_overload(self, sig, target_context):
-        """The machine code of a signature from the cache, or None: then Numba compiles it, which is announced.
-
-        It waits for the second process if that is just compiling it.
-        """
+        """The machine code of a signature from the cache, or None: then Numba compiles it, which is announced."""
         loaded = super().load_overload(sig, target_context)
         if loaded is None:
             compilation_begins(self._py_func.__name__)
-            if is_compiled_there(self.file_of(sig, target_context)):
+            if is_compiled_elsewhere(self.file_of(sig, target_context), self._folder):
                 loaded = super().load_overload(sig, target_context)
             if loaded is not None:
                 compilation_ended(self._py_func.__name__)

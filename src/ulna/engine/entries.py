@@ -87,7 +87,7 @@ class Entries:
 
     def modules(self) -> list[str]:
         """The modules of all packages ``entries``, by their full names."""
-        folder = Path(str(importlib.import_module(self.package).__file__)).parent
+        folder = Path(importlib.import_module(self.package).__path__[0])
         files = (file.relative_to(folder.parent) for file in sorted(folder.rglob("entries/*.py")))
         return [".".join(file.with_suffix("").parts) for file in files if file.stem != "__init__"]
 

@@ -18,6 +18,7 @@ try:
 except ImportError:  # Windows
     fcntl = None
 
+_WAIT_S = 0.05  # between two looks at a lock
 _HAS_MODES = hasattr(os, "geteuid")  # Windows: folders have access lists, which the user's own profile restricts to the user
 
 
@@ -132,13 +133,36 @@ class PrivateFolder(contextlib.AbstractContextManager):
                 os.unlink(part, dir_fd=here)
             raise
 
-    def lock(self, name: str) -> bool:
-        """Lock a file until this process ends; returns False if another process has locked it."""
+    def lock(self, name: str) -> int | None:
+        """Lock a file, created if necessary, until the returned descriptor is closed; None if another process has locked it.
+
+        Raises:
+            OSError: The file cannot be opened.
+        """
+        descriptor = self._open(self._name_in(name), os.O_RDWR | os.O_CREAT)
         try:
-            lock_file(os.open(self._name_in(name), os.O_RDWR | os.O_CREAT, 0o600, dir_fd=self._descriptor))
+            lock_file(descriptor)
         except OSError:
+            os.close(descriptor)
+            return None
+        return descriptor
+
+    def is_locked(self, name: str) -> bool:
+        """Whether another process has locked a file; False if there is none."""
+        if not self.has(name):
             return False
-        return True
+        descriptor = self.lock(name)
+        if descriptor is not None:
+            os.close(descriptor)
+        return descriptor is None
+
+    def wait_for(self, name: str, seconds: float) -> bool:
+        """Wait while another process has locked a file, at most some seconds; returns whether it was locked."""
+        end, was_locked = time.monotonic() + seconds, False
+        while self.is_locked(name) and time.monotonic() < end:
+            was_locked = True
+            time.sleep(_WAIT_S)
+        return was_locked
 
     def remove_unused(self, days: float) -> None:
         """Remove the files that were not used for ``days``."""

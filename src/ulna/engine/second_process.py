@@ -1,97 +1,82 @@
-"""Starts a second process that compiles the longest entries while this one compiles those that the program calls.
+"""Starts a second process that compiles entries while this one compiles those that the program calls.
 
 The first use of a clone compiles one entry after another, in the order of the program's calls. Planning takes half of that time.
-So at the first compilation a second process begins on another core with the longest entries (``warmup.fill_cache``). It writes
-machine code to the cache, where this process finds it. The two processes tell each other what they compile, so that neither
-compiles what the other does. The second process ends with this one, or when the cache has every entry.
+So at the first compilation a second process begins on another processor, with the longest entries (``fill``). It writes machine
+code to the cache, and locks a file there for each entry that it compiles. This process waits for a locked entry, and then loads
+it. The second process ends with this one, or when the cache has every entry.
 
-None is started with one thread (``ulna.threads(1)``), within a process of ``multiprocessing``, or with ``ULNA_WARMUP=0``.
+None begins with one thread (``ulna.threads(1)`` or ``ULNA_THREADS=1``), in a process of ``multiprocessing``, in a program that
+contains its own Python, or with ``ULNA_WARMUP=0``. A failure to start it has no effect.
 """
 
-import atexit
 import contextlib
-import json
 import multiprocessing
 import os
+import re
 import subprocess
 import sys
-import threading
 from functools import cache
 from pathlib import Path
 
+from ulna.engine.child_program import command_of, program_of
+from ulna.engine.private_folder import PrivateFolder
 from ulna.engine.threads import n_threads
 
-_VARIABLE = "ULNA_WARMUP"
-_FILL = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from ulna.engine.warmup import fill_cache; fill_cache()"
+VARIABLE = "ULNA_WARMUP"
+FILLING = "filling.lock"  # locked by the second process of any program
+_LONGEST_S = 120.0  # more than any entry takes to compile
+_PYTHON = re.compile(r"python[\d.]*t?w?(_d)?(\.exe)?", re.IGNORECASE)
+_DETACH = "import subprocess, sys; subprocess.Popen(sys.argv[1:])"
 
 
-def is_compiled_there(file: str) -> bool:
-    """Wait while the second process compiles an entry; if it does not, tell it to leave this entry out.
+def lock_of(file: str) -> str:
+    """The name of the file that is locked while another file of the cache is being compiled."""
+    return f"{file}.lock"
 
-    The first call starts the second process.
 
-    Args:
-        file: The name of the entry's file in the cache.
+def is_compiled_elsewhere(file: str, folder: PrivateFolder) -> bool:
+    """Start the second process of a cache, once, and wait while any compiles a file. Returns whether one did.
 
-    Returns:
-        Whether the second process has compiled the entry meanwhile.
+    At the end of ``_LONGEST_S`` the wait ends too, in case the second process is stopped.
     """
-    second = _second_process()
-    return second is not None and second.compiles(file)
+    if os.environ.get(VARIABLE, "1") not in {"", "1"}:
+        return False
+    _begin(folder)
+    with contextlib.suppress(OSError):
+        return folder.wait_for(lock_of(file), _LONGEST_S)
+    return False
 
 
 @cache
-def _second_process() -> "_SecondProcess | None":
-    is_python = Path(sys.executable or "").name.lower().startswith("python")  # not a program with Python inside
-    is_program = is_python and multiprocessing.parent_process() is None
-    if is_program and os.environ.get(_VARIABLE) != "0" and n_threads() > 1:
-        with contextlib.suppress(OSError):
-            return _SecondProcess()
-    return None
+def _begin(folder: PrivateFolder) -> None:
+    with contextlib.suppress(Exception):  # it only saves time
+        if _may_begin() and not folder.is_locked(FILLING):
+            _start()
 
 
-class _SecondProcess:
-    """A process that compiles. It writes the name of each file that it begins, and reads the names of files to leave out."""
+def _may_begin() -> bool:
+    is_python = _PYTHON.fullmatch(Path(sys.executable).name) is not None and not getattr(sys, "frozen", False)
+    is_program = multiprocessing.parent_process() is None
+    return is_python and is_program and n_threads() > 1
 
-    def __init__(self) -> None:
-        path = [str(Path(__file__).parents[2]), *(folder for folder in sys.path if folder)]
-        self._process = subprocess.Popen(  # noqa: S603 - our own program
-            [sys.executable, "-I", "-c", _FILL, json.dumps(path)],
-            env={**os.environ, _VARIABLE: "0"},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
+
+def _start() -> None:
+    """Start the second process by a third one, which ends at once.
+
+    So it is no child of this process, which may wait for all of its children. It reads from a pipe whose other end stays open
+    until this process ends.
+    """
+    end, _ = os.pipe()
+    try:
+        command = [sys.executable, "-I", "-S", "-c", _DETACH, *command_of(program_of("ulna.engine.fill"))]
+        subprocess.run(  # noqa: S603 - our own program
+            command,
+            env={**os.environ, VARIABLE: "0"},
+            stdin=end,
+            stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            text=True,
-            encoding="utf-8",
+            check=False,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
-        self._of, self._changed, self._current = os.getpid(), threading.Condition(), ""
-        threading.Thread(target=self._read, name="ulna-second-process", daemon=True).start()
-        atexit.register(self._end)
-
-    def compiles(self, file: str) -> bool:
-        """Wait while it compiles a file, and return True; otherwise tell it to leave the file out."""
-        if os.getpid() != self._of:  # a fork has no thread that reads
-            return False
-        with self._changed:
-            if self._current == file:
-                self._changed.wait_for(lambda: self._current != file)
-                return True
-        with contextlib.suppress(OSError, ValueError):  # it has ended
-            print(file, file=self._process.stdin, flush=True)
-        return False
-
-    def _read(self) -> None:
-        for line in self._process.stdout or ():
-            self._begin(line.strip())
-        self._begin("")
-        self._process.wait()
-
-    def _begin(self, file: str) -> None:
-        with self._changed:
-            self._current = file
-            self._changed.notify_all()
-
-    def _end(self) -> None:
-        if os.getpid() == self._of:
-            self._process.kill()
-            self._process.wait()
+    finally:
+        os.close(end)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 _PACKAGES = dirname(dirname(dirname(__file__)))  # the folder that contains Ulna's package
 _IMPORT = re.compile(r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b([ \t]*\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE)
-# Raised errors change no machine code, nor does code compiled elsewhere, nor which process compiles.
+# Raised errors change no machine code, nor does code compiled elsewhere, nor the process that compiles.
 _WITHOUT_CODE = {"ulna.errors", "ulna.engine.ahead", "ulna.engine.second_process"}
 _COMMENT, _CONTINUED = re.compile(r"#[^\n]*"), re.compile(r"\\\n")
 

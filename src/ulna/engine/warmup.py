@@ -3,9 +3,6 @@
 import atexit
 import multiprocessing
 import os
-import signal
-import sys
-import threading
 import time
 from collections import deque
 from collections.abc import Iterator
@@ -14,7 +11,6 @@ from contextlib import ExitStack
 from typing import NamedTuple
 
 from ulna.engine.announcements import Announcements, quietly
-from ulna.engine.cache import cache_folder
 from ulna.engine.compiler import numba_types
 from ulna.engine.decorators import ENTRIES, is_plain
 from ulna.engine.entries import Entries
@@ -96,40 +92,6 @@ def compile_one(job: Job) -> Compiled:
     shapes = "" if len(signatures) == 1 else "boxes" if NONE in parts_of(signatures[job.signature]) else "any"
     seconds, was_cached = time.perf_counter() - start, entry.stats.cache_hits[signature] > hits
     return Compiled(job.name.rpartition(".")[2], shapes, seconds, was_cached)
-
-
-def fill_cache() -> None:
-    """Compile what the cache lacks, in the second process of a program (``second_process``), until the program ends.
-
-    Boxes alone come before all shapes, and long jobs before short ones. It writes the name of each file before compiling it, and
-    an empty line after. It leaves out the files whose names it reads.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is for the program
-    folder, left_out = cache_folder(), set()
-    threading.Thread(target=_read_until_the_end, args=(left_out,), daemon=True).start()
-    if folder is not None and folder.lock("filling"):
-        Announcements.enabled = False
-        for job in sorted(all_jobs(Entries(__name__.partition(".")[0])), key=lambda job: job.signature):
-            entry = job.entries.marked(job.name)
-            signature = numba_types(ENTRIES[entry].signatures[job.signature])
-            file = entry._cache.file_of(signature, entry.targetctx)  # noqa: SLF001 - ours
-            if file not in left_out and not folder.has(file):
-                _say(file)
-                entry.compile(signature)
-                _say("")
-    os._exit(0)  # Python would first spend seconds to free all objects of the compiler
-
-
-def _read_until_the_end(files: set[str]) -> None:
-    """Collect lines of standard input; end this process where it ends, as the program has ended."""
-    for line in sys.stdin:
-        files.add(line.strip())
-    os._exit(0)
-
-
-def _say(line: str) -> None:
-    sys.stdout.write(f"{line}\n")
-    sys.stdout.flush()
 
 
 def _begin_worker() -> None:

@@ -12,12 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ulna.description.child_process import child_process, last_words, program_of
+from ulna.description.child_process import child_process, last_words
 from ulna.description.meshes import piece_cache
 from ulna.description.meshes.hulls import Part, Scale, checked_bytes, mesh_reader, with_shapes
 from ulna.description.meshes.piece_cache import Pieces
 from ulna.description.robot_description import Description
 from ulna.description.shapes import ConvexMesh
+from ulna.engine.child_program import program_of
 from ulna.errors import FileError, MissingExtraError
 
 TIME_LIMIT_S = 900.0

@@ -14,12 +14,13 @@ from typing import IO, Any
 
 from lxml import etree
 
-from ulna.description.child_process import child_process, last_words, printable, program_of
+from ulna.description.child_process import child_process, last_words, printable
 from ulna.description.document import NAMESPACES, Document
 from ulna.description.file_bytes import json_value
 from ulna.description.readable import OutsideError, Readable
 from ulna.description.xacro.child.parent import MAX_LINE, MAX_SENTENCE
 from ulna.description.xml import LONGEST
+from ulna.engine.child_program import program_of
 from ulna.errors import DescriptionError, DescriptionWarning, did_you_mean
 
 TIME_LIMIT_S = 20.0
