@@ -1,4 +1,4 @@
-"""Arrays of other libraries, taken and given by DLPack: what can be seen of it without a GPU.
+"""Arrays of other libraries, taken and given by both protocols: what can be seen of it without a GPU.
 
 An array on a GPU is played by one of NumPy that says so. ``device/test_gpu_robot.py`` has the same on a GPU.
 """
@@ -13,29 +13,56 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its
 from cuda.core.utils import StridedMemoryView
 
 import ulna
-from ulna.gpu import device_array
-from ulna.gpu.device_array import _class_with_dlpack, as_own, description, is_on_device
+from ulna.gpu import device, device_array
+from ulna.gpu.device_array import _class_with_dlpack, as_own, as_shaped, description, is_on_device, with_dlpack
+from ulna.gpu.queue import as_stream
 
 
 class Foreign:
     """An array that has DLPack alone, on a device of some kind."""
 
-    def __init__(self, array, kind):
-        self.array, self.kind, self.streams = array, kind, []
+    def __init__(self, array, kind, card=0):
+        self.array, self.kind, self.card, self.streams = array, kind, card, []
 
     def __dlpack_device__(self):
-        return self.kind, 0
+        return self.kind, self.card
 
     def __dlpack__(self, *, stream=None, **asked):
         self.streams.append(stream)
         return self.array.__dlpack__(**asked)
 
 
+class Interfaced(Foreign):
+    """An array that also has ``__cuda_array_interface__``, with a stream or without, as CuPy's and PyTorch's."""
+
+    def __init__(self, array, card=0, **interface):
+        super().__init__(array, 2, card)
+        self.__cuda_array_interface__ = interface
+
+
+class Interface:
+    """An array that has ``__cuda_array_interface__`` alone."""
+
+    def __init__(self, **interface):
+        self.__cuda_array_interface__ = interface
+
+
+def view_of(foreign, sync):
+    """Numba's view by ``__cuda_array_interface__``."""
+    assert not sync
+    pointer = SimpleNamespace(value=64)
+    return SimpleNamespace(owner=foreign, stream=foreign.__cuda_array_interface__.get("stream") or 0, size=3,
+                           device_ctypes_pointer=pointer)  # fmt: skip
+
+
 @pytest.fixture(params=[False, True])
 def per_thread(monkeypatch, request):
     """Whether Numba has a stream for each thread; in the place of numba-cuda is what returns a description and its owner."""
     config = SimpleNamespace(CUDA_PER_THREAD_DEFAULT_STREAM=request.param, ENABLE_CUDASIM=False)
-    fake = SimpleNamespace(config=config, from_cuda_array_interface=lambda desc, owner: (desc, owner))
+    fake = SimpleNamespace(
+        config=config, from_cuda_array_interface=lambda desc, owner: (desc, owner), as_cuda_array=view_of,
+        get_current_device=lambda: SimpleNamespace(id=0), default_stream=lambda: "default",
+    )  # fmt: skip
     monkeypatch.setattr(device_array, "cuda", fake)
     return request.param
 
@@ -55,10 +82,63 @@ def test_an_array_is_taken_in_its_place_after_the_work_that_writes_it(per_thread
     array = np.arange(24.0).reshape(2, 3, 4)[:, :, ::2]
     foreign = Foreign(array, 2)
     taken, owner = as_own("q", foreign)
-    assert foreign.streams == [2 if per_thread else 1]
+    assert foreign.streams == [1], "PyTorch refuses 2, the default stream of a thread, which waits for 1"
     assert (taken["shape"], taken["strides"], taken["typestr"]) == ((2, 3, 2), array.strides, "<f8")
     assert taken["data"][0] == array.ctypes.data
     assert owner.exporting_obj is foreign
+
+
+@pytest.fixture
+def in_driver(monkeypatch):
+    """The driver, which knows the card of each address."""
+    cards = {}
+    binding = SimpleNamespace(CUdeviceptr=int, CUpointer_attribute=SimpleNamespace(CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL="ordinal"))
+    driver = SimpleNamespace(cuPointerGetAttribute=lambda what, pointer: cards.get((what, pointer), 0))
+    monkeypatch.setattr(device_array, "_driver", lambda: SimpleNamespace(driver=driver, binding=binding))
+    return cards
+
+
+@pytest.fixture
+def waits(per_thread, in_driver):
+    """The streams of events: recorded, waiting, and so on."""
+    streams = []
+    device_array.cuda.event = lambda **_: SimpleNamespace(record=streams.append, wait=streams.append)
+    return streams
+
+
+@pytest.mark.parametrize("stream", [0, 7])
+def test_an_interface_without_a_stream_is_left_for_dlpack_which_waits(waits, stream):
+    tensor = Interfaced(np.zeros(3), version=2)
+    _, owner = as_own("q", tensor, stream)
+    assert owner.exporting_obj is tensor
+    assert tensor.streams == [stream or 1]
+    alone = Interface(version=2)
+    assert as_own("q", alone, stream).owner is alone
+    assert not waits
+
+
+def test_the_stream_that_an_interface_names_is_waited_for(waits):
+    array = Interfaced(np.zeros(3), version=3, stream=9)
+    assert as_own("q", array).owner is array
+    assert as_own("q", array, 7).owner is array
+    assert waits == [9, "default", 9, 7]
+    assert as_own("q", Interfaced(np.zeros(3), version=3, stream=None), 7).stream == 0
+    assert not array.streams
+    assert len(waits) == 4
+
+
+def test_an_array_on_another_card_is_refused_with_both_numbers(per_thread, in_driver, monkeypatch):
+    in_driver["ordinal", 64] = 2
+    memory = SimpleNamespace(context=SimpleNamespace(device=SimpleNamespace(id=2)))
+    numba = SimpleNamespace(__cuda_ndarray__=True, size=3, gpu_data=memory, stream=0)
+    interfaced, alone = Interfaced(np.zeros(3), card=2, version=3, stream=None), Interface(version=3, stream=None)
+    for array in (Foreign(np.zeros(3), 2, card=2), interfaced, alone, numba):
+        with pytest.raises(ulna.DeviceError, match=r"q is on card 2, but Numba has selected card 0"):
+            as_own("q", array)
+    as_own("q", Foreign(np.zeros(3), 13, card=2))  # managed memory is on every card
+    monkeypatch.setattr(device_array.cuda, "get_current_device", lambda: SimpleNamespace(id=2))
+    for array in (Foreign(np.zeros(3), 2, card=2), interfaced, alone, numba):
+        as_own("q", array)
 
 
 def test_an_array_on_the_host_is_left_to_numpy():

@@ -41,32 +41,71 @@ def as_own(name: str, array: Any, stream: Any = 0) -> Any:
     """An array on the device as Numba's, without a copy; an array on the host is returned unchanged.
 
     On the device it has ``__cuda_array_interface__`` or ``__dlpack__``. Work on it, on a stream, follows the work that its
-    library has started; the host does not wait.
+    library has started; the host does not wait. If the interface does not mention a stream, as that of PyTorch, DLPack is used.
+
+    Raises:
+        InputError: It is on a device that is neither the host nor an NVIDIA GPU.
+        DeviceError: It is on another card than the selected one.
     """
     if getattr(array, "__cuda_ndarray__", False):
-        _order(array.stream, stream)
-        return array
-    if hasattr(array, "__cuda_array_interface__"):
-        own = cuda.as_cuda_array(array, sync=False)
-        _order(own.stream, stream)
-        return own
+        return _ordered(name, array, array, stream)
+    interface = getattr(array, "__cuda_array_interface__", None)
+    if interface is not None and ("stream" in interface or not hasattr(array, "__dlpack__")):
+        return _ordered(name, array, cuda.as_cuda_array(array, sync=False), stream)
     kind = _kind(array)
     if kind not in {_HOST, _CUDA, _CUDA_HOST, _CUDA_MANAGED}:
         raise InputError(name, f"on a device of kind {kind} of DLPack; one on the host or on an NVIDIA GPU is expected")
     if kind not in {_CUDA, _CUDA_MANAGED}:
         return array
+    if kind == _CUDA:
+        _refuse_other_card(name, int(array.__dlpack_device__()[1]))
     from cuda.core.utils import StridedMemoryView  # noqa: PLC0415 # pyright: ignore[reportMissingImports]
 
-    view = StridedMemoryView.from_dlpack(array, stream_ptr=number_of(stream))
+    number = number_of(stream)
+    asked = _LEGACY if number == _PER_THREAD else number  # both wait for each other, but PyTorch knows only the legacy one
+    view = StridedMemoryView.from_dlpack(array, stream_ptr=asked)
     return cuda.from_cuda_array_interface(description(view), owner=view)
 
 
-def _order(before: Any, after: Any) -> None:
-    """Let a stream wait for another one's pending work; for arrays without a stream the caller is responsible."""
-    if cuda.config.ENABLE_CUDASIM or not before or number_of(before) == number_of(after):
+def _ordered(name: str, array: Any, own: Any, stream: Any) -> Any:
+    """Numba's view of an array, for work on a stream; if the view has no stream, the caller is responsible for the order."""
+    _refuse_other_card(name, _card_of(array, own))
+    if own.stream:
+        order(own.stream, stream)
+    return own
+
+
+def _card_of(array: Any, own: Any) -> int:
+    """The number of the card with the memory of an array, of which ``own`` is Numba's view."""
+    if cuda.config.ENABLE_CUDASIM or not own.size:
+        return card()
+    if array is own:
+        return own.gpu_data.context.device.id
+    if hasattr(array, "__dlpack_device__"):
+        kind, number = array.__dlpack_device__()
+        return int(number) if kind == _CUDA else card()
+    driver, binding = _driver().driver, _driver().binding
+    what, pointer = binding.CUpointer_attribute.CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL, own.device_ctypes_pointer.value
+    return int(driver.cuPointerGetAttribute(what, binding.CUdeviceptr(pointer)))
+
+
+def card() -> int:
+    """The number of the card that Numba has selected in this thread."""
+    return getattr(cuda.get_current_device(), "id", 0)  # the simulator's has none
+
+
+def _refuse_other_card(name: str, there: int) -> None:
+    here = card()
+    if there != here:
+        raise DeviceError(f"{name} is on card {there}, but Numba has selected card {here}; copy {name} to card {here}")
+
+
+def order(before: Any, after: Any) -> None:
+    """Let later work on a stream wait for the pending work of another one, on the device."""
+    if cuda.config.ENABLE_CUDASIM or number_of(before) == number_of(after):
         return
     done = cuda.event(timing=False)
-    done.record(before)
+    done.record(before or cuda.default_stream())
     done.wait(after or cuda.default_stream())
 
 
@@ -187,7 +226,7 @@ def _class_with_dlpack() -> Any:
         def __dlpack__(self, *, stream: int | None = None, **asked: Any) -> Any:
             """A capsule of DLPack, made by cuda.core. The caller's stream waits for pending work, unless it is -1."""
             if stream != _NO_ORDER:
-                _order(self.stream or cuda.default_stream(), cuda.external_stream(stream or _LEGACY))
+                order(self.stream, cuda.external_stream(stream or _LEGACY))
             return self._view().__dlpack__(**asked)
 
         def __dlpack_device__(self) -> tuple[int, int]:

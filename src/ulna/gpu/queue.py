@@ -9,7 +9,7 @@ import numpy as np
 
 from ulna.errors import DeviceError, InputError
 from ulna.gpu import device
-from ulna.gpu.device_array import cuda
+from ulna.gpu.device_array import card, cuda
 
 _FLAGS = 64  # calls between two checks of the flags
 Refuse = Callable[[], None]
@@ -24,7 +24,7 @@ class Queue:
     """
 
     def __init__(self) -> None:
-        self._stream, self._card, self.is_deferring, self._unseen = 0, device.card(), False, []
+        self._stream, self._card, self.is_deferring, self._unseen = 0, card(), False, []
         self._all, self._each = None, []
 
     @property
@@ -39,10 +39,10 @@ class Queue:
         Raises:
             DeviceError: Numba has selected another card.
         """
-        card = device.card()
-        if card != self._card:
+        selected = card()
+        if selected != self._card:
             remedy = f"call numba.cuda.select_device({self._card}), or on_gpu() again"
-            raise DeviceError(f"the robot's tables are on card {self._card}, but Numba has selected card {card}; {remedy}")
+            raise DeviceError(f"the robot's tables are on card {self._card}, but Numba has selected card {selected}; {remedy}")
 
     def marks(self) -> device.Tables:
         """A cleared flag, an int32 on the device, shape (1,): the marks of a launch."""

@@ -16,7 +16,7 @@ from numba import cuda
 
 import robots
 import ulna
-from ulna.gpu import device, search
+from ulna.gpu import device, device_array, search
 from ulna.ik.inverse_kinematics import InverseKinematics
 
 SIMULATED = os.environ.get("NUMBA_ENABLE_CUDASIM") == "1"
@@ -280,8 +280,8 @@ def test_what_has_closed_forms_is_measured_without_scratch(panda, on_gpu, q, mon
 
 
 def test_a_call_while_another_card_is_selected_is_refused(panda, q, monkeypatch):
-    on_gpu, selected = panda.on_gpu(), device.card()
-    monkeypatch.setattr(device, "card", lambda: selected + 1)
+    on_gpu, selected = panda.on_gpu(), device_array.card()
+    monkeypatch.setattr("ulna.gpu.queue.card", lambda: selected + 1)
     for call in (on_gpu.forward_kinematics, on_gpu.in_collision, on_gpu.signed_distance, on_gpu.gravity_torque):
         with pytest.raises(ulna.DeviceError, match=rf"card {selected + 1}.*select_device\({selected}\)"):
             call(q)
