@@ -12,7 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ulna.errors import DeviceError, InputError, MissingExtraError
-from ulna.gpu.device_array import c_strides, cuda, empty, in_c_order, is_on_device, refuse_numpy_without_compiler, with_dlpack
+from ulna.gpu.device_array import (
+    as_shaped,
+    c_strides,
+    cuda,
+    empty,
+    idle_memory,
+    in_c_order,
+    is_on_device,
+    order,
+    refuse_numpy_without_compiler,
+    with_dlpack,
+)
 
 THREADS = 128  # of a block
 PIECE = 1 << 17  # problems that are copied and computed together if arrays are on the host
@@ -47,7 +58,7 @@ def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.
         return own
     if not own.is_c_contiguous():
         raise InputError(name, "an array on the device has to be C-contiguous")
-    return in_c_order(own.reshape(int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape))
+    return in_c_order(as_shaped(own, (int(np.prod(own.shape[: len(own.shape) - len(shape)], dtype=np.int64)), *shape)))
 
 
 class Tables:
@@ -185,7 +196,7 @@ def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64, st
 
 
 def on_host(array: Any, stream: Any = 0) -> NDArray[Any]:
-    """Copy an array from the device, after the work on the stream; NumPy's is returned unchanged."""
+    """Copy an array from the device, after the work on a stream, by default its own; NumPy's is returned unchanged."""
     if not is_on_device(array):
         return array
     out = array.copy_to_host(stream=stream)
@@ -206,3 +217,4 @@ def free_memory() -> float:
 
 def _listed(shape: tuple[int, ...]) -> str:
     return ", ".join(map(str, shape))
+    stream = stream or array.stream

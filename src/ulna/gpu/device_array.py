@@ -129,7 +129,8 @@ def with_dlpack(array: Any) -> Any:
     if cuda.config.ENABLE_CUDASIM:
         return array
     strides = c_strides(array)
-    return _class_with_dlpack()(shape=array.shape, strides=strides, dtype=array.dtype, gpu_data=array.gpu_data)
+    kind = _class_with_dlpack()
+    return kind(shape=array.shape, strides=strides, dtype=array.dtype, stream=array.stream, gpu_data=array.gpu_data)
 
 
 def empty(shape: tuple[int, ...], dtype: Any, stream: Any = 0) -> Any:
@@ -140,17 +141,40 @@ def empty(shape: tuple[int, ...], dtype: Any, stream: Any = 0) -> Any:
     """
     size = prod(shape) * np.dtype(dtype).itemsize
     if cuda.config.ENABLE_CUDASIM or not size:
-        return with_dlpack(cuda.device_array(shape, dtype))
+        return with_dlpack(cuda.device_array(shape, dtype, stream=stream))
     context, kind = cuda.current_context(), np.dtype(dtype)
-    memory = _pool(context.device.id).allocate(size, stream=_core_stream(number_of(stream)))
-    pointer = _driver().MemoryPointer(context, _driver().binding.CUdeviceptr(int(memory.handle)), size, owner=memory)
-    return _as_shaped(pointer, shape, kind, stream)
+    buffer = _pool(context.device.id).allocate(size, stream=_core_stream(number_of(stream)))
+    pointer = _driver().binding.CUdeviceptr(int(buffer.handle))
+    return _as_shaped(_driver().MemoryPointer(context, pointer, size, owner=_PoolMemory(buffer, stream)), shape, kind, stream)
+
+
+class _PoolMemory:
+    """Memory of the pool, and the stream in whose order it is freed: that must exist until then."""
+
+    def __init__(self, buffer: Any, stream: Any) -> None:
+        self.buffer, self.stream = buffer, stream
+
+    def __del__(self) -> None:
+        self.buffer = None  # before the stream
+
+
+def idle_memory() -> int:
+    """The bytes that the pool of the selected card keeps, but nothing uses."""
+    if cuda.config.ENABLE_CUDASIM:
+        return 0
+    known = _pool(card()).attributes
+    return known.reserved_mem_current - known.used_mem_current
 
 
 def as_shaped(array: Any, shape: tuple[int, ...]) -> Any:
-    """Reshape an array in C order without a copy; Numba's own ``reshape`` takes several times as long."""
-    if not hasattr(array, "gpu_data") or not array.size:
+    """Reshape an array in C order without a copy, NumPy's or one on the device.
+
+    Numba's own ``reshape`` takes several times as long, and its result has no stream.
+    """
+    if isinstance(array, np.ndarray):
         return array.reshape(shape)
+    if not hasattr(array, "gpu_data") or not array.size:
+        return array.reshape(shape).bind(array.stream)
     return _as_shaped(array.gpu_data, shape, array.dtype, array.stream)
 
 
@@ -222,6 +246,15 @@ def _class_with_dlpack() -> Any:
 
     class DeviceArray(DeviceNDArray):
         """Numba's device array, which other libraries accept by ``__cuda_array_interface__`` or by DLPack."""
+
+        @property
+        def __cuda_array_interface__(self) -> dict[str, Any]:
+            """Numba's, with a number for the default stream too: without one, other libraries do not wait."""
+            return super().__cuda_array_interface__ | {"stream": number_of(self.stream)}
+
+        def reshape(self, *shape: Any, **options: Any) -> Any:
+            """Numba's, with the stream."""
+            return super().reshape(*shape, **options).bind(self.stream)
 
         def __dlpack__(self, *, stream: int | None = None, **asked: Any) -> Any:
             """A capsule of DLPack, made by cuda.core. The caller's stream waits for pending work, unless it is -1."""

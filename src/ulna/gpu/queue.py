@@ -106,4 +106,8 @@ def as_stream(stream: Any) -> Any:
     number: Any = protocol()[1] if protocol is not None else getattr(stream, "cuda_stream", getattr(stream, "ptr", stream))
     if isinstance(number, bool) or not isinstance(number, int | np.integer):
         raise InputError("stream", f"{stream!r}; a CUDA stream, or its number, is expected")
-    return cuda.external_stream(int(number)) if number else 0
+    if not number:
+        return 0
+    own = cuda.external_stream(int(number))
+    own.source = stream  # its library ends a stream that nobody refers to
+    return own

@@ -188,7 +188,7 @@ class GpuRobot(GpuForces):
             found = [device.on_host(part, queue.stream) for part in found]
         if not batch:
             return EdgeReport(bool(found[0][0]), float(found[1][0]), found[2][0])
-        return EdgeReport(*(part.reshape(*batch, *part.shape[1:]) for part in found))
+        return EdgeReport(*(as_shaped(part, (*batch, *part.shape[1:])) for part in found))
 
     def plan_many(
         self,
@@ -284,7 +284,7 @@ class GpuRobot(GpuForces):
         q, info, unsolved = self._searched(query, asked, batch)
         if not stays:
             q, info = (device.on_host(part, self._queue.stream) for part in (q, info))
-        return DeviceResult(q.reshape(*batch, query.tree.n_dof), info, batch, options.tolerances, unsolved)
+        return DeviceResult(as_shaped(q, (*batch, query.tree.n_dof)), info, batch, options.tolerances, unsolved)
 
     def _searched(self, query: Query, asked: Request, batch: tuple[int, ...]) -> tuple[Any, Any, Unsolved | Explanation]:
         """q (n, n_dof) and info (n,) on the device, and the request about unsolved targets."""

@@ -8,15 +8,16 @@ from typing import Any
 
 from ulna.gpu import device
 from ulna.gpu.device import cuda
+from ulna.gpu.device_array import as_shaped
 
 
 def as_float64(rows: Any, stream: Any = 0) -> Any:
     """Convert rows of float32 (n, ...) on the device to float64, there."""
-    flat = rows.reshape(len(rows), prod(rows.shape[1:]))
+    flat = as_shaped(rows, (len(rows), prod(rows.shape[1:])))
     wide = device.empty(tuple(flat.shape), float, stream)
     if len(rows):
         device.compiled(converted)[device.blocks(len(rows)), device.THREADS, stream](flat, wide)
-    return wide.reshape(*rows.shape)
+    return as_shaped(wide, tuple(rows.shape))
 
 
 def converted(rows, out):

@@ -23,6 +23,7 @@ from ulna.dynamics.dynamics import Dynamics
 from ulna.engine.decorators import kernel
 from ulna.gpu import device
 from ulna.gpu.device import cuda
+from ulna.gpu.device_array import as_shaped
 from ulna.gpu.queue import Queue
 from ulna.gpu.staged import MATRIX, over_rows
 from ulna.ik.entries.lane_state import reset_state, write_bounds, write_result, write_start, write_target

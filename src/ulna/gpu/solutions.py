@@ -21,6 +21,7 @@ from ulna.description.arrays import as_switch
 from ulna.description.pose import as_pose
 from ulna.engine.decorators import kernel
 from ulna.gpu import device, staged
+from ulna.gpu.device_array import as_shaped
 from ulna.gpu.queue import Queue
 from ulna.ik.all_solutions import AllSolutions
 from ulna.ik.closed_form.closed_form import N_AXES, ClosedForm, SixJoints, closed_form_of, joints_at
@@ -61,7 +62,7 @@ class DeviceSolutions(IKSolutions):
 
     def copy_to_host(self) -> IKSolutions:
         """Copy the solutions to NumPy arrays."""
-        q, valid, real = (array.copy_to_host() for array in (self.q, self.valid, self.real))
+        q, valid, real = (device.on_host(array) for array in (self.q, self.valid, self.real))
         return IKSolutions(q, valid, real, self.proof, self.family)
 
     @property
@@ -119,15 +120,13 @@ def _staying(query: Query, form: ClosedForm, targets: Any, batch: tuple[int, ...
     seeds, plan = query.home[six.columns][None], six.plan(query.tree.lower, query.tree.upper)
     q, known, real, valid = _run(queue, six, targets, seeds, plan, six.columns)
 
-    stream = queue.stream
-
     def proofs() -> Proof | NDArray[Any]:
-        bits = device.on_host(known, stream)
+        bits = device.on_host(known)
         proof = _PROOFS[proofs_of(bits, (bits & IS_REAL) > 0)].reshape(batch)
         return proof if batch else Proof(str(proof))
 
     shape = *batch, N_BRANCHES
-    return DeviceSolutions(q.reshape(*shape, N_AXES), valid.reshape(*shape), real.reshape(*shape), form.geometry, proofs)
+    return DeviceSolutions(as_shaped(q, (*shape, N_AXES)), as_shaped(valid, shape), as_shaped(real, shape), form.geometry, proofs)
 
 
 def _branches(queue: Queue, six: SixJoints, targets: Array, seeds: Array, plan: Array) -> tuple[Any, Any, Any]:
@@ -144,7 +143,7 @@ def _run(queue: Queue, six: SixJoints, targets: Any, seeds: Array, plan: Array, 
     tables = tuple(device.on_device(array) for array in (six.table, six.chain, plan, columns, seeds))
     device.run(branches_of(), tables, targets, results, queue.marks(), device.Launch(each=N_BRANCHES, stream=stream))
     queue.launched(lambda: _refuse(device.on_host(targets)), is_done=not device.is_on_device(targets))
-    return tuple(array.reshape(n, N_BRANCHES, *shape) for array, (shape, _) in zip(results, kinds, strict=True))
+    return tuple(as_shaped(array, (n, N_BRANCHES, *shape)) for array, (shape, _) in zip(results, kinds, strict=True))
 
 
 def _refuse(targets: Array) -> None:
