@@ -40,12 +40,26 @@ def require_device() -> None:
         raise DeviceError("no NVIDIA GPU was found, or its driver is not installed")
 
 
-def on_device(array: Any) -> Any:
+def on_device(array: Any, stream: Any = None) -> Any:
     """A copy of an array on the device, with the strides of its shape.
 
-    ``np.ascontiguousarray`` keeps a stride of 0 for an axis of length 1 (``x[None]``), which Numba does not accept as C order.
+    With a stream (0: the default stream) the copy is for work on this stream, and nothing waits. Without one it is finished when
+    the call returns, so work on any stream may read it.
     """
-    return with_dlpack(cuda.to_device(np.array(array, order="C")))
+    # np.ascontiguousarray keeps a stride of 0 for an axis of length 1 (x[None]), which Numba does not accept as C order.
+    array = np.array(array, order="C")
+    if stream is None:
+        there = with_dlpack(cuda.to_device(array))
+        cuda.default_stream().synchronize()  # the driver may return from a copy before its end
+        return there
+    return copied(array, stream)
+
+
+def copied(array: Any, stream: Any) -> Any:
+    """A copy on the device, for work on a stream, of an array in C order; nothing waits."""
+    there = empty(tuple(array.shape), array.dtype, stream)
+    there.copy_to_device(array, stream=stream or cuda.default_stream())  # with 0 it would wait
+    return there
 
 
 def as_device_rows(name: str, own: Any, shape: tuple[int, ...], dtype: Any = np.float64) -> Any:
@@ -90,7 +104,7 @@ class Launch(NamedTuple):
     Attributes:
         each: The number of threads per row.
         at_most: The maximum number of threads; each has its own scratch among the tables.
-        stream: The stream for a batch on the device; 0: the default stream.
+        stream: The stream for a batch on the device, and the one that has the tables for any batch; 0: the default stream.
     """
 
     each: int = 1
@@ -127,7 +141,8 @@ def run(driver: Any, tables: Iterable[Any], batch: Rows, results: Sequence[Any],
         runs[grid](tables, batch, results[0], marks if len(results) == 1 else (*marks, *results[1:]))
         return
     n = len(batch)
-    places = [_Place((batch, *results)) for _ in range(1 if launch.at_most < LAUNCH.at_most or n <= PIECE else 2)]
+    n_places = 1 if launch.at_most < LAUNCH.at_most or n <= PIECE else 2
+    places = [_Place((batch, *results), launch.stream) for _ in range(n_places)]
     for k, start in enumerate(range(0, n, PIECE)):
         place, part = places[k % len(places)], slice(start, min(start + PIECE, n))
         place.finish()
@@ -146,13 +161,15 @@ class _Place:
     work. The caller's own arrays are not pinned: that takes as long as a copy, and read-only ones cannot be.
     """
 
-    def __init__(self, arrays: Sequence[NDArray[Any]]) -> None:
+    def __init__(self, arrays: Sequence[NDArray[Any]], before: Any) -> None:
+        """before: the stream whose work comes first."""
         self._arrays, self._part, n = arrays, slice(0, 0), len(arrays[0])
         self._each = [len(array) // n for array in arrays]  # rows per problem
         self.stream, rows = cuda.stream(), min(n, PIECE)
         shapes = [((k * rows, *array.shape[1:]), array.dtype) for k, array in zip(self._each, arrays, strict=True)]
         self._there = [cuda.device_array(*shape) for shape in shapes]
         self._staged = [cuda.pinned_array(*shape) for shape in shapes] if n > PIECE else None
+        order(before, self.stream)
 
     def _part_of(self, k: int) -> tuple[int, slice]:
         """The number of rows of array k in the part, and these rows."""
@@ -190,7 +207,7 @@ def blocks(n: int) -> int:
     return -(-n // THREADS)
 
 
-def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any = np.float64, stream: Any = 0) -> Any:
+def results_for(batch: Rows, shape: tuple[int, ...], dtype: Any, stream: Any) -> Any:
     """An uninitialized array of a shape on the side of a batch: on the device, or NumPy's."""
     return empty(shape, dtype, stream) if is_on_device(batch) else np.empty(shape, dtype)
 

@@ -133,7 +133,7 @@ def with_dlpack(array: Any) -> Any:
     return kind(shape=array.shape, strides=strides, dtype=array.dtype, stream=array.stream, gpu_data=array.gpu_data)
 
 
-def empty(shape: tuple[int, ...], dtype: Any, stream: Any = 0) -> Any:
+def empty(shape: tuple[int, ...], dtype: Any, stream: Any) -> Any:
     """An uninitialized array on the device, allocated and freed in the order of a stream, without waiting.
 
     The memory comes from the driver's pool, which CuPy and PyTorch may share. It may be reused for work on the same stream as

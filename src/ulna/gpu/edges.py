@@ -47,9 +47,9 @@ def edge_tables(scene: DeviceScene, known: EdgeTables | None = None) -> EdgeTabl
     return known._replace(object_rounding=max(float(world_rounding(scene.on_host)), of_clouds))
 
 
-def near_for(scene: DeviceScene, n: int) -> Any:
-    """Memory for the objects near a ball, one row per thread, for n edges."""
-    return device.empty((max(1, min(n, _THREADS)), max(1, scene.on_host.end - scene.on_host.first)), np.int64)
+def near_for(scene: DeviceScene, n: int, stream: Any) -> Any:
+    """Memory for the objects near a ball, one row per thread, for n edges on a stream."""
+    return device.empty((max(1, min(n, _THREADS)), max(1, scene.on_host.end - scene.on_host.first)), np.int64, stream)
 
 
 @cache

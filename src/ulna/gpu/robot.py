@@ -165,13 +165,13 @@ class GpuRobot(GpuForces):
             starts, ends = as_positions(a, tree, "q_a"), as_positions(b, tree, "q_b")
             one = starts.ndim == ends.ndim == 1
             batch, *each = ((), starts[None], ends[None]) if one else rows_of_both(starts, ends, "q_a", "q_b")
-            rows = [device.on_device(part) for part in each]
+            rows = [device.on_device(part, queue.stream) for part in each]
         scene, n = self._scenes.of(world, self_collision, np.float64, self._queue.stream), len(rows[0])
         known = self._edges.get(self_collision)
         if known is None or known[0] is not scene:
             known = self._edges[self_collision] = scene, edge_tables(scene, None if known is None else known[1])
         tables = known[1]
-        near, marks = near_for(scene, n), queue.marks()
+        near, marks = near_for(scene, n, queue.stream), queue.marks()
         kinds = ((n, tree.n_dof), np.float64), ((n,), np.bool_), ((n,), np.float64)
         q, hits, free = (device.empty(shape, kind, queue.stream) for shape, kind in kinds)
         launch = device.Launch(at_most=len(near), stream=queue.stream)

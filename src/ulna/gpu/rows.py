@@ -11,7 +11,7 @@ from ulna.gpu.device import cuda
 from ulna.gpu.device_array import as_shaped
 
 
-def as_float64(rows: Any, stream: Any = 0) -> Any:
+def as_float64(rows: Any, stream: Any) -> Any:
     """Convert rows of float32 (n, ...) on the device to float64, there."""
     flat = as_shaped(rows, (len(rows), prod(rows.shape[1:])))
     wide = device.empty(tuple(flat.shape), float, stream)

@@ -19,6 +19,7 @@ from ulna.engine.lanes import WIDTH
 from ulna.gpu import device
 from ulna.gpu.cloud_trees import MAX_CLOUDS, CloudTrees, PlacedCloud
 from ulna.gpu.device import cuda
+from ulna.gpu.device_array import order
 from ulna.kernels.collision.collision_layout import NO_NODE, NODE_ROWS
 from ulna.kernels.collision.scene import Scene
 from ulna.kernels.distance.pairs import is_searched
@@ -57,10 +58,13 @@ class DeviceScenes:
     def __init__(self, checker: Checker) -> None:
         self._checker, self._last, self._parts, self._arena = checker, {}, WorldParts(), ArenaCopy()
         self._kept: dict[tuple[str, Any], tuple[Any, Any]] = {}  # the robot's tables: the original, and its copy
+        self._stream: Any = 0  # of the last call: it may still build the BVHs of clouds
 
-    def of(self, world: World | None, self_collision: bool, number: Any, stream: Any = 0) -> DeviceScene:
+    def of(self, world: World | None, self_collision: bool, number: Any, stream: Any) -> DeviceScene:
         """The scene of a world, for launches on a stream."""
         objects, clouds = self._parts.of(world)
+        order(self._stream, stream)
+        self._stream = stream
         last = self._last.get(number)
         if last is None or last[0] is not objects or last[1] is not clouds or last[2] is not self_collision:
             scene = self._checker.scene_among(objects, self_collision)

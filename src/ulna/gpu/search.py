@@ -172,9 +172,9 @@ class DeviceSearch:
         if self.query.task_axes is None or not len(targets):
             return targets
         stream, spare = self.queue.stream, self.queue.spare
-        out, tables = device.empty((len(targets), MATRIX), np.float64, stream), (device.on_device(self.query.T_link_task),)
-        device.run(turned_of(), tables, targets, (out,), spare, device.Launch(stream=stream))
-        return out.reshape(len(targets), 4, 4)
+        out, table = device.empty((len(targets), MATRIX), np.float64, stream), device.on_device(self.query.T_link_task, stream)
+        device.run(turned_of(), (table,), targets, (out,), spare, device.Launch(stream=stream))
+        return as_shaped(out, (len(targets), 4, 4))
 
 
 def _joined(parts: list[Any], none: Any, stream: Any) -> Any:

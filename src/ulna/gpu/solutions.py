@@ -102,7 +102,7 @@ def all_solutions(query: Query, T: Any, rows: Any, asked: Asked, queue: Queue) -
     if form is not None:
         return _staying(query, form, targets, batch, queue)
     found = every.all_solutions(device.on_host(targets, queue.stream).reshape(*batch, 4, 4), n_samples, whole_turns=whole_turns)
-    q, valid, real = (device.on_device(array) for array in (found.q, found.valid, found.real))
+    q, valid, real = (device.on_device(array, queue.stream) for array in (found.q, found.valid, found.real))
     return DeviceSolutions(q, valid, real, found.family, lambda: found.proof)
 
 
@@ -140,7 +140,7 @@ def _run(queue: Queue, six: SixJoints, targets: Any, seeds: Array, plan: Array, 
     n, stream = len(targets), queue.stream
     kinds = ((N_AXES,), np.float64), ((), np.int8), ((), np.bool_), ((), np.bool_)
     results = tuple(device.results_for(targets, (N_BRANCHES * n, *shape), dtype, stream) for shape, dtype in kinds)
-    tables = tuple(device.on_device(array) for array in (six.table, six.chain, plan, columns, seeds))
+    tables = tuple(device.on_device(array, stream) for array in (six.table, six.chain, plan, columns, seeds))
     device.run(branches_of(), tables, targets, results, queue.marks(), device.Launch(each=N_BRANCHES, stream=stream))
     queue.launched(lambda: _refuse(device.on_host(targets)), is_done=not device.is_on_device(targets))
     return tuple(as_shaped(array, (n, N_BRANCHES, *shape)) for array, (shape, _) in zip(results, kinds, strict=True))

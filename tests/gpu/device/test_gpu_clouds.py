@@ -96,7 +96,7 @@ WORLDS = pytest.mark.parametrize("make", [seen, furnished, terrain, stones])
 @WORLDS
 def test_collisions_and_distances_are_those_of_the_cpu(panda, on_gpu, q, make):
     world = make()
-    assert on_gpu._scenes.of(world, True, np.float64).sizes[-1], "the scene has a BVH"
+    assert on_gpu._scenes.of(world, True, np.float64, 0).sizes[-1], "the scene has a BVH"
     check(panda, on_gpu, q, world)
     hits = panda.in_collision(q, world)
     assert hits.any()
@@ -169,7 +169,7 @@ def test_worlds_take_turns(panda, on_gpu, q):
 def test_more_clouds_than_one_node_has_places_for_are_indexed_by_the_cpu(panda, q, monkeypatch):
     monkeypatch.setattr(scenes, "MAX_CLOUDS", 1)
     on_gpu, world = panda.on_gpu(), furnished()
-    assert [len(placed.cloud.points) for placed in on_gpu._scenes.of(world, True, np.float64).clouds] == [POINTS]
+    assert [len(placed.cloud.points) for placed in on_gpu._scenes.of(world, True, np.float64, 0).clouds] == [POINTS]
     check(panda, on_gpu, q, world)
 
 
@@ -236,7 +236,7 @@ def test_a_tree_has_every_point_and_is_that_of_the_cpu(n, monkeypatch):
 def test_a_scene_of_few_solids_has_no_tree_on_the_device(panda, on_gpu, q):
     world = ulna.World()
     world.add("few", ulna.PointCloud(wall(1, 15), 0.03))
-    assert not on_gpu._scenes.of(world, True, np.float64).sizes[-1]
+    assert not on_gpu._scenes.of(world, True, np.float64, 0).sizes[-1]
     check(panda, on_gpu, q, world)
 
 
