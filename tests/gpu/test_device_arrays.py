@@ -185,3 +185,74 @@ def test_results_are_given_by_dlpack_after_the_work_that_writes_them(monkeypatch
     assert waited == [1, 7]
     assert own.__cuda_array_interface__["shape"] == (2, 3)
     assert type(own.reshape(6)) is type(own)
+
+
+@pytest.fixture
+def with_stream(monkeypatch):
+    """Makes an array as a call returns it, computed on a stream."""
+    monkeypatch.setattr(device_array.cuda.config, "ENABLE_CUDASIM", False)
+    data = SimpleNamespace(device_ctypes_pointer=SimpleNamespace(value=64), size=48)
+    return lambda stream: device_array._as_shaped(data, (2, 3), np.dtype(float), stream)
+
+
+@pytest.mark.parametrize(("stream", "number"), [(0, 1), (9, 9)])
+def test_every_view_of_a_result_names_its_stream(with_stream, stream, number):
+    own = with_stream(stream)
+    views = own, own.reshape(6), own.reshape(3, 2), own.reshape((2, 3)), as_shaped(own, (6,)), with_dlpack(own)
+    assert [view.__cuda_array_interface__["stream"] for view in views] == [number] * 6
+    assert all(view.stream == stream for view in views)
+
+
+def test_memory_is_freed_before_its_stream_ends(monkeypatch):
+    """The driver frees memory in the order of a stream, so this one has to exist."""
+    events = []
+
+    class Stream(int):
+        def __del__(self):
+            events.append("the stream ends")
+
+    class Buffer:
+        handle = 64
+
+        def __del__(self):
+            events.append("the memory is freed")
+
+    allocated = []
+    pool = SimpleNamespace(allocate=lambda size, stream: allocated.append((size, stream)) or Buffer())
+    context = SimpleNamespace(device=SimpleNamespace(id=0))
+    pointer = lambda *_, owner: SimpleNamespace(owner=owner)  # noqa: E731
+    driver = SimpleNamespace(binding=SimpleNamespace(CUdeviceptr=int), MemoryPointer=pointer)
+    monkeypatch.setattr(device_array, "_pool", lambda _: pool)
+    monkeypatch.setattr(device_array, "_driver", lambda: driver)
+    monkeypatch.setattr(device_array, "_core_stream", int)
+    monkeypatch.setattr(device_array.cuda, "current_context", lambda: context)
+    monkeypatch.setattr(device_array.cuda.config, "ENABLE_CUDASIM", False)
+    array = device_array.empty((2, 3), float, Stream(9))
+    assert allocated == [(48, 9)]
+    data = array.bind(0).gpu_data  # a view without a stream
+    del array
+    assert not events
+    del data
+    assert events == ["the memory is freed", "the stream ends"]
+
+
+def test_the_stream_of_another_library_is_kept_while_it_is_used(monkeypatch):
+    monkeypatch.setattr("ulna.gpu.queue.cuda.external_stream", lambda number: SimpleNamespace(number=number))
+    theirs = SimpleNamespace(ptr=9)
+    assert as_stream(theirs).source is theirs
+    assert as_stream(theirs).number == 9
+
+
+def test_memory_that_the_pool_keeps_is_free(monkeypatch):
+    pending = [100]
+    deallocations = SimpleNamespace(clear=pending.clear)
+    context = SimpleNamespace(get_memory_info=lambda: (1000 - sum(pending), 2000), deallocations=deallocations)
+    attributes = SimpleNamespace(reserved_mem_current=500, used_mem_current=200)
+    monkeypatch.setattr(device_array, "_pool", lambda _: SimpleNamespace(attributes=attributes))
+    monkeypatch.setattr(device_array, "card", lambda: 0)
+    monkeypatch.setattr(device_array.cuda.config, "ENABLE_CUDASIM", False)
+    monkeypatch.setattr(device_array.cuda, "current_context", lambda: context)
+    assert device.free_memory() == 900 + 300
+    assert device.free_memory(1200) == 1200
+    assert pending
+    assert device.free_memory(1201) == 1300, "what Numba would free later is freed"

@@ -14,7 +14,6 @@ from ulna.engine.decorators import kernel
 from ulna.engine.lanes import splat
 from ulna.errors import DeviceError
 from ulna.gpu import device, staged
-from ulna.gpu.device import cuda
 from ulna.gpu.scenes import ANY, BOXES, DeviceScene
 from ulna.gpu.staged import over_rows, threads_for
 from ulna.kernels.chain.poses import frame_pose, tree_poses
@@ -33,16 +32,16 @@ _MAX_SCRATCH, _MAX_DISTANCES = 0.25, 1 << 15  # fraction of the free memory; thr
 _BYTES = 8
 
 
-def distance_scratch(scene: DeviceScene, n: int) -> tuple[list[Any], int]:
-    """Scratch for n distances, and the number of threads that memory allows. Closed forms need no scratch."""
+def distance_scratch(scene: DeviceScene, n: int, stream: Any) -> tuple[list[Any], int]:
+    """Scratch for n distances on a stream, and the number of threads that memory allows. Closed forms need no scratch."""
     if scene.sizes[3] != ANY:
         return [], device.LAUNCH.at_most
-    room, block = _MAX_SCRATCH * device.free_memory() / (_BYTES * sum(map(prod, SCRATCH))), threads_for(scene.sizes[0], 1)
-    threads = int(min(n, _MAX_DISTANCES, room))
-    if threads < min(n, block):
-        needed = min(n, block) * _BYTES * sum(map(prod, SCRATCH)) / _MAX_SCRATCH / 1e9
+    each, at_least = _BYTES * sum(map(prod, SCRATCH)) / _MAX_SCRATCH, min(n, threads_for(scene.sizes[0], 1))
+    threads = int(min(n, _MAX_DISTANCES, device.free_memory(at_least * each) / each))
+    if threads < at_least:
+        needed = at_least * each / 1e9
         raise DeviceError(f"too little memory is free on the device: distances of such shapes need {needed:.2g} GB")
-    return [cuda.device_array((threads, *shape), np.float64) for shape in SCRATCH], threads
+    return [device.empty((threads, *shape), np.float64, stream) for shape in SCRATCH], threads
 
 
 @kernel

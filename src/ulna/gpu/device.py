@@ -222,14 +222,17 @@ def on_host(array: Any, stream: Any = 0) -> NDArray[Any]:
     return out
 
 
-def card() -> int:
-    """The number of the card that Numba has selected in this thread."""
-    return getattr(cuda.get_current_device(), "id", 0)  # the simulator's has none
+def free_memory(needed: float = 0.0) -> float:
+    """The device's free memory and what the pool keeps unused, in bytes; infinite in the simulator.
 
-
-def free_memory() -> float:
-    """The device's free memory, in bytes; infinite in the simulator."""
-    return cuda.current_context().get_memory_info()[0]
+    If that is less than needed, memory that Numba would free later is freed first.
+    """
+    context = cuda.current_context()
+    free = context.get_memory_info()[0] + idle_memory()
+    if free < needed:
+        context.deallocations.clear()
+        free = context.get_memory_info()[0] + idle_memory()
+    return free
 
 
 def _listed(shape: tuple[int, ...]) -> str:

@@ -124,7 +124,7 @@ class GpuRobot(GpuForces):
         """
         n = prod(np.shape(q)[:-1])
         scene = self._scenes.of(world, self_collision, np.float64, self._queue.stream)
-        scratch, at_most = distance_scratch(scene, n)
+        scratch, at_most = distance_scratch(scene, n, self._queue.stream)
         return self._over_q(
             distances_of(*scene.sizes), (*scene.tables, *scratch), q, (), number=np.float64, at_most=at_most, out=out
         )

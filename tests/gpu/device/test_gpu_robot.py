@@ -272,7 +272,7 @@ def test_what_has_closed_forms_is_measured_without_scratch(panda, on_gpu, q, mon
     world.add("ball", ulna.Sphere(0.1), ulna.pose((0.4, 0.2, 0.5)))
     world.add("rod", ulna.Capsule(0.05, 0.4), ulna.pose((-0.4, 0.1, 0.5), (0.2, 0, 0)))
     world.add("floor", ulna.HalfSpace(), ulna.pose((0.0, 0.0, -0.3)))
-    monkeypatch.setattr(device, "free_memory", lambda: 0)
+    monkeypatch.setattr(device, "free_memory", lambda _: 0)
     np.testing.assert_allclose(on_gpu.signed_distance(q, world), panda.signed_distance(q, world), rtol=0, atol=1e-9)
     assert same_verdicts(panda, q, world, on_gpu.in_collision(q, world))
     with pytest.raises(ulna.DeviceError, match="too little memory"):
