@@ -246,7 +246,8 @@ class GpuRobot(GpuForces):
         """Joint positions that bring a link to poses; see ``Robot.inverse_kinematics``.
 
         Targets are searched from the seed and from as many random starts as on the CPU, in float64. The call returns which
-        targets are solved. Reasons for the others are computed by the CPU, at the first access.
+        targets are solved. Reasons for the others are computed by the CPU, at the first access. They are those of the targets and
+        the world at the time of the call.
 
         Args:
             T: The poses to reach, T_base_link, shape (..., 4, 4).
@@ -290,20 +291,25 @@ class GpuRobot(GpuForces):
         """q (n, n_dof) and info (n,) on the device, and the request about unsolved targets."""
         queue, on_host = self._queue, self.robot._inverse_kinematics  # noqa: SLF001 - a part of it
         targets: Any = asked.T
-        touches, unsolved = None if asked.world is None else self._touching(asked.world), Unsolved(on_host, asked, query)
+        touches = None if asked.world is None else self._touching(asked.world)
         if query.unit != 1.0:  # the CPU searches arms of an unusual size in their own unit of length
-            known = unsolved.by_cpu(np.arange(len(targets)), bool(batch))
-            return device.on_device(known.q.reshape(len(known.info), -1)), device.on_device(known.info), known.explanation
+            known = Unsolved(on_host, asked, query).by_cpu(np.arange(len(targets)), bool(batch))
+            q, info = (device.on_device(part, queue.stream) for part in (known.q.reshape(len(known.info), -1), known.info))
+            return q, info, known.explanation
         key = query.link, query.options
         if key not in self._searches:
             self._searches[key] = tables_of(query)
         tables = self._searches[key]
         if asked.q_seed is not None:
-            tables = tables._replace(seeds=device.on_device(np.asarray(asked.q_seed)))
-        there = targets if device.is_on_device(targets) else device.on_device(targets)
-        q, info = DeviceSearch(query, tables, queue, touches).of(there, queue.marks()[0])
+            tables = tables._replace(seeds=device.on_device(np.asarray(asked.q_seed), queue.stream))
+        there = targets if device.is_on_device(targets) else device.on_device(targets, queue.stream)
+        q, info, n_left = DeviceSearch(query, tables, queue, touches).of(there, queue.marks()[0])
+        kept = there if n_left else there[:0]
+        if n_left and there is targets:  # the caller may change them
+            kept = device.copied(there, queue.stream)
         queue.launched(lambda: refuse_targets(targets, batch), is_done=True)
-        return q, info, unsolved
+        seen = None if asked.world is None else asked.world.copy()  # a snapshot would lay out large clouds for the CPU
+        return q, info, Unsolved(on_host, asked._replace(T=kept, world=seen), query)
 
     def all_solutions(
         self,

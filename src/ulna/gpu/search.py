@@ -123,8 +123,11 @@ class DeviceSearch:
     queue: Queue
     collides: Callable[[Any], Any] | None
 
-    def of(self, targets: Any, flag: Any) -> tuple[Any, Any]:
-        """q (n, n_dof) and info (n,) for targets (n, 4, 4) on the device; flags targets that are no pose."""
+    def of(self, targets: Any, flag: Any) -> tuple[Any, Any, int]:
+        """q (n, n_dof) and info (n,) for targets (n, 4, 4) on the device, and the number of unsolved ones.
+
+        It flags targets that are no pose.
+        """
         n, n_starts, stream = len(targets), self.tables.samples.shape[0], self.queue.stream
         targets, none = self._of_task(targets), device.empty((0,), np.int64, stream)
         q, info = self._empty(n)
@@ -144,7 +147,7 @@ class DeviceSearch:
             ways = [_Jobs(part, none, first, last, last - first, len(part) * (last - first)) for part in parts]
             rests = [self._search(jobs, targets, (q, info, following), flag) for jobs in ways]
             left, first = _joined([rest for rest in rests if len(rest)], none, stream), last
-        return q, info
+        return q, info, len(left)
 
     def _search(self, jobs: _Jobs, targets: Any, results: tuple[Any, Any, Any], flag: Any) -> Any:
         """Search for some targets, and store better results; returns the indices of unsolved targets, on the device."""
@@ -195,7 +198,8 @@ class Unsolved:
 
     Attributes:
         on_host: The CPU's inverse kinematics.
-        request: Its arguments; targets and seeds are all of them, on the host or on the device.
+        request: Its arguments, which no caller changes later. Targets and seeds are all of them, the targets on the device; no
+            targets if all are solved.
         query: The prepared request.
     """
 
