@@ -139,6 +139,9 @@ def run(driver: Any, tables: Iterable[Any], batch: Rows, results: Sequence[Any],
     if is_on_device(batch):
         grid = min(at_most, -(-launch.each * len(batch) // threads)), threads, launch.stream
         runs[grid](tables, batch, results[0], marks if len(results) == 1 else (*marks, *results[1:]))
+        for each in results:
+            if each.stream:  # the caller's array may name another one
+                order(launch.stream, each.stream)
         return
     n = len(batch)
     n_places = 1 if launch.at_most < LAUNCH.at_most or n <= PIECE else 2

@@ -117,7 +117,7 @@ class GpuForces:
         driver = driver_of(*self._sizes(), len(others) if stays else 0)
         device.run(driver, tables, joined, flat_results, queue.marks(), device.Launch(stream=queue.stream))
         queue.launched(refuse, is_done=not stays)
-        return results
+        return results if out is None else [out]
 
     def _motion_rows(self, given: Given) -> tuple[tuple[int, ...], Given]:
         """The common batch shape of all arguments, and the rows of each, on their side."""

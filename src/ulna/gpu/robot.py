@@ -50,7 +50,10 @@ class GpuRobot(GpuForces):
     Each method takes NumPy arrays and returns NumPy arrays. It also takes arrays on the device from CuPy, PyTorch, JAX or Numba,
     with ``__cuda_array_interface__`` or DLPack's ``__dlpack__``. They must be float64 and C-contiguous. Then it returns Numba's
     arrays on the device, which support both protocols, so the other libraries accept them without a copy. A chain of calls need
-    not leave the device. ``out``, if a method has it, receives the results: an array of their shape and type, on the side of q.
+    not leave the device. ``out``, if a method has it, receives the results, and is returned: an array of their shape and type, on
+    the side of q.
+
+    All arrays on the device must be on the card that Numba had selected when the robot was made; others raise a ``DeviceError``.
 
     Results differ from those of the CPU by rounding.
 
@@ -391,6 +394,8 @@ class GpuRobot(GpuForces):
         return results if batch or shape else flat_results[0, 0]
 
     def _results(self, out: Any, rows: Any, shape: tuple[int, ...], kind: np.dtype) -> Any:
+        if out is not None:
+            return out
         """The caller's array for results, checked for shape, type and side, or a new one."""
         if out is None:
             return device.results_for(rows, shape, kind, self._queue.stream)
