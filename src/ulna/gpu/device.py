@@ -169,10 +169,10 @@ class _Place:
         self._arrays, self._part, n = arrays, slice(0, 0), len(arrays[0])
         self._each = [len(array) // n for array in arrays]  # rows per problem
         self.stream, rows = cuda.stream(), min(n, PIECE)
+        order(before, self.stream)
         shapes = [((k * rows, *array.shape[1:]), array.dtype) for k, array in zip(self._each, arrays, strict=True)]
         self._there = [cuda.device_array(*shape) for shape in shapes]
         self._staged = [cuda.pinned_array(*shape) for shape in shapes] if n > PIECE else None
-        order(before, self.stream)
 
     def _part_of(self, k: int) -> tuple[int, slice]:
         """The number of rows of array k in the part, and these rows."""
@@ -219,6 +219,7 @@ def on_host(array: Any, stream: Any = 0) -> NDArray[Any]:
     """Copy an array from the device, after the work on a stream, by default its own; NumPy's is returned unchanged."""
     if not is_on_device(array):
         return array
+    stream = stream or array.stream
     out = array.copy_to_host(stream=stream)
     if stream:
         stream.synchronize()
@@ -240,4 +241,3 @@ def free_memory(needed: float = 0.0) -> float:
 
 def _listed(shape: tuple[int, ...]) -> str:
     return ", ".join(map(str, shape))
-    stream = stream or array.stream

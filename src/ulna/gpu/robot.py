@@ -346,8 +346,11 @@ class GpuRobot(GpuForces):
         """A block in which no call waits for the device; its end raises errors of invalid arguments.
 
         Calls put their work on a stream, one after the other, and return arrays on the device that it will write. Outside such a
-        block a call checks at once for entries of q out of range, so it waits for its own end. A call with NumPy's
-        arrays always waits, and so does ``inverse_kinematics`` with a world.
+        block a call checks at once for entries of q out of range, so it waits for its own end.
+
+        These calls wait in a block too: those with NumPy's arrays, ``inverse_kinematics``, and ``all_solutions`` of an arm that
+        has more than six joints or no exact closed form. The first call for a link or a world may wait while its tables are
+        copied.
 
         Args:
             stream: The stream of the calls: Numba's, PyTorch's, CuPy's, or its number; by default Numba's default stream.
@@ -391,11 +394,11 @@ class GpuRobot(GpuForces):
         driver = in_single(driver) if number is np.float32 else driver
         device.run(driver, tables, rows, (flat_results,), queue.marks(), device.Launch(at_most=at_most, stream=queue.stream))
         queue.launched(lambda: refuse_out_of_range(device.on_host(rows)), is_done=not device.is_on_device(rows))
+        if out is not None:
+            return out
         return results if batch or shape else flat_results[0, 0]
 
     def _results(self, out: Any, rows: Any, shape: tuple[int, ...], kind: np.dtype) -> Any:
-        if out is not None:
-            return out
         """The caller's array for results, checked for shape, type and side, or a new one."""
         if out is None:
             return device.results_for(rows, shape, kind, self._queue.stream)
