@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ulna.engine.decorators import kernel
+from ulna.errors import DeviceError
 from ulna.gpu.device import THREADS, cuda
 
 _ROOM = 48 << 10  # bytes of shared memory that a block has by default
@@ -22,9 +23,14 @@ _BYTES = 8  # of the largest number
 def threads_for(taken: int, given: int, each: int = 1) -> int:
     """The number of threads of a block whose input and output rows fit into shared memory."""
     threads = THREADS
-    while threads > each and _BYTES * threads * (_padded(taken) / each + _padded(given)) > _ROOM:
+    while threads > each and _bytes_of(threads, taken, given, each) > _ROOM:
         threads //= 2
     return threads
+
+
+def _bytes_of(threads: int, taken: int, given: int, each: int) -> float:
+    """The shared memory of a block's rows [bytes]."""
+    return _BYTES * threads * (_padded(taken) / each + _padded(given))
 
 
 @cache
@@ -53,9 +59,18 @@ def over_rows(
         each: The number of threads with the same row: the problems of a row are adjacent.
         scratch: The size of a thread's own scratch, kept from piece to piece.
         dtype: The type of the results.
+
+    Raises:
+        DeviceError: The rows of one problem do not fit into the shared memory of a block.
     """
     width = taken or MATRIX
     threads, more = threads_for(width * (beside + 1), given, each), copy_beside_in if beside else copy_nothing_in
+    needed = _bytes_of(threads, width * (beside + 1), given, each)
+    if needed > _ROOM:
+        numbers = f"{width * (beside + 1)} numbers and {given} results"
+        raise DeviceError(
+            f"{numbers} of a problem need {needed / 1e3:.0f} kB of shared memory, of {_ROOM / 1e3:.0f}; use the CPU"
+        )
     n_rows, copy, length = threads // each, copy_in if taken else copy_matrices_in, (taken or 4) * (beside + 1)
     of_taken, of_given = (n_rows, _padded(length)) if taken else (n_rows, 4, 4), (threads, _padded(given))
 
