@@ -13,7 +13,7 @@ BUT =
 ARGS ?=
 
 .PHONY: demo video lint test test-all test-lowest test-newest test-without-demo test-cuda test-gpu test-franka test-ros1 test-ros2 test-wheel test-wheel-brief
-.PHONY: test-learning bench bench-gpu docs wheel hw2-zip clean
+.PHONY: test-learning bench bench-gpu gpu docs wheel hw2-zip clean
 
 demo: $(VENV)/.demo
 	$(RUN)/ulna demo $(ARGS)
@@ -69,9 +69,14 @@ test-cuda: .venv-cuda/.ready
 test-gpu: .venv-cuda/.ready
 	.venv-cuda/bin/python -m pytest tests/gpu/device $(ARGS)
 
-# Problems a second on a GPU.
+# Problems a second on a GPU. ARGS="--first edges,clouds --seconds 300" measures these parts first, and stops in time.
 bench-gpu: .venv-cuda/.ready
 	.venv-cuda/bin/python -m benchmarks.gpu $(ARGS)
+
+# Both, and the peers that are installed, on a GPU that is there for eight minutes. ARGS="--first edges,clouds" measures first what has
+# changed. The output is in build/gpu.
+gpu: .venv-cuda/.ready
+	.venv-cuda/bin/python -m benchmarks.gpu_session $(ARGS)
 
 # Poses, Jacobians and distances of PyTorch's and JAX's arrays, with their gradients, on the CPU; on a GPU too where PyTorch finds one.
 test-learning: .venv-learning/.ready

@@ -19,7 +19,7 @@ jax.config.update("jax_enable_x64", True)  # noqa: FBT003 -- JAX's own way
 _INERTIA = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 
 
-def _arm(robot: Robot, ee_offset=None) -> frax.Manipulator:
+def arm_of(robot: Robot, ee_offset=None) -> frax.Manipulator:
     text = re.sub(r'<link name="([^"]*)"\s*/>', rf'<link name="\1">{_INERTIA}</link>', bare_urdf(robot))
     text = re.sub(r'(<link name="[^"]*"\s*>)(?!<inertial)(?=\s*</link>)', rf"\1{_INERTIA}", text)
     with urdf_file(text) as path:
@@ -32,9 +32,9 @@ def _arm(robot: Robot, ee_offset=None) -> frax.Manipulator:
 
 def make(robot: Robot) -> Peer:
     """The peer for an arm; the pose of its last joint in the tip's frame is given once."""
-    bare = jax.jit(_arm(robot).ee_transform)
+    bare = jax.jit(arm_of(robot).ee_transform)
     offset = np.linalg.inv(standing_offset(robot, lambda q: np.asarray(bare(q))))
-    arm = _arm(robot, offset)
+    arm = arm_of(robot, offset)
     forward, jacobian = jax.jit(arm.ee_transform), jax.jit(arm.ee_jacobian)
     forward_batch, jacobian_batch = jax.jit(jax.vmap(arm.ee_transform)), jax.jit(jax.vmap(arm.ee_jacobian))
     return Peer(
