@@ -1,8 +1,8 @@
 """Every launch of every method passes the launcher of numba-cuda and compiles for exactly the arguments that it is given.
 
 Two processes see what one does not. The simulator runs the methods and takes any argument; ``launches.py`` writes down what each
-launch is given. Here the compiler types each recorded array by its shape and strides, and numba-cuda's own ``_prepare_args``
-refuses what no launch can take. It needs no GPU.
+launch is given, with its grid and stream. Here the compiler types each recorded array by its shape and strides. numba-cuda's own
+``_prepare_args`` and cuda.core's own holder of arguments refuse what no launch can take. It needs no GPU.
 """
 
 import importlib
@@ -19,23 +19,31 @@ import pytest
 
 pytest.importorskip("numba_cuda", reason="numba-cuda is in an environment of its own: make test-cuda")
 
+from cuda.core._kernel_arg_handler import ParamHolder
 from numba import cuda, types
 from numba.cuda import dispatcher
 from numba.cuda.cudadrv import devices
 from numba.cuda.cudadrv.devicearray import DeviceNDArray
 
+from gpu_parts import drivers_of_the_code, methods_with_out, public_methods
 from ulna.gpu.single import in_single
 
-PLAIN = {"int": int, "float": float, "bool": bool}
+PLAIN = {"int": int, "float": float, "bool": bool, "NoneType": lambda _: None}
+MAX_THREADS = 1024  # of a block
 
 
 @pytest.fixture(scope="module")
-def launches():
+def recorded():
     environment = os.environ | {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1"}
     program = [sys.executable, str(Path(__file__).parent / "launches.py")]
     done = subprocess.run(program, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def launches(recorded):
+    return recorded["launches"]
 
 
 def on_device(shape, strides, dtype):
@@ -71,11 +79,12 @@ def parts_of(kinds):
 
 
 def prepared(kinds, arguments):
-    """Pass each argument through numba-cuda's preparation of a launch."""
-    launcher = SimpleNamespace(extensions=())
+    """Pass each argument through numba-cuda's preparation of a launch, and all of them to cuda.core."""
+    launcher, plain = SimpleNamespace(extensions=()), []
     launcher._prepare_args = lambda *rest: dispatcher._Kernel._prepare_args(launcher, *rest)
     for kind, each in zip(kinds, arguments, strict=True):
-        launcher._prepare_args(kind, each, 0, [], [])
+        launcher._prepare_args(kind, each, 0, [], plain)
+    ParamHolder(plain)
 
 
 def driver_of(module, name, sizes, is_single):
@@ -94,14 +103,37 @@ def test_every_launch_is_typed_in_c_order_prepared_and_compiled(launches, ptx_of
         seen[json.dumps(launch["driver"]), kinds] = launch["driver"]
     for (_, kinds), source in seen.items():
         assert ".visible .entry" in ptx_of_driver(driver_of(*source), kinds), source
-    names = {source[1] for source in seen.values()}
-    assert names >= {"poses_of", "jacobians_of", "frames_of", "overlaps_of", "distances_of", "searches_of", "branches_of"}
-    assert names >= {"inverse_of", "gravity_of", "masses_of", "forward_of", "derivatives_of"}
+
+
+def test_every_driver_of_the_code_is_launched(launches):
+    assert {launch["driver"][1] for launch in launches} == drivers_of_the_code()
+
+
+def test_every_public_method_is_called_and_every_out_is_given(recorded):
+    assert {name for name, _ in recorded["calls"]} == set(public_methods())
+    assert {name for name, has_out in recorded["calls"] if has_out} == methods_with_out()
+
+
+def test_every_grid_has_blocks_and_threads(launches):
+    for launch in launches:
+        blocks, threads = launch["grid"]
+        assert blocks >= 1, launch
+        assert 1 <= threads <= MAX_THREADS, launch
+
+
+def test_within_a_block_every_launch_is_on_its_stream(launches):
+    in_block = [launch for launch in launches if launch["in_block"]]
+    assert [launch for launch in in_block if launch["stream"] != "own"] == []
+    assert {launch["driver"][1] for launch in in_block} >= {"poses_of", "edges_of", "searches_of", "choose", "turned_of", "join"}
+    assert all(launch["stream"] != "own" for launch in launches if not launch["in_block"])
 
 
 def test_what_no_launch_can_take_is_seen():
+    none = argument({"type": "NoneType", "value": None})
     with pytest.raises(NotImplementedError):
-        prepared((types.none,), (None,))
+        prepared(kinds_of([none]), (none,))
+    with pytest.raises(TypeError, match="NoneType"):
+        ParamHolder([none])
 
 
 def test_a_stride_of_zero_is_seen():
