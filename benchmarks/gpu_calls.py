@@ -57,6 +57,7 @@ def _chain(bench: Bench, on_gpu: Any, work: Work, n: int, check: Check) -> None:
     repeats = _CHAIN if bench.repeats > 1 else 1
 
     def several() -> Any:
+        found = None
         with on_gpu.checked():
             for _ in range(repeats):
                 found = work.on_gpu()
