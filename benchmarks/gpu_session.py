@@ -11,6 +11,7 @@ All output goes to ``--out``, a folder: tests.txt, figures.txt, figures.json and
 import argparse
 import importlib.util
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -33,11 +34,13 @@ class Step:
         """Run a Python program; what became of it, as a sentence."""
         start = time.monotonic()
         with self._file.open("w", encoding="utf-8") as file:
-            program = subprocess.Popen([sys.executable, *arguments], stdout=file, stderr=subprocess.STDOUT)  # noqa: S603
+            program = subprocess.Popen(  # noqa: S603
+                [sys.executable, *arguments], stdout=file, stderr=subprocess.STDOUT, start_new_session=True
+            )
             try:
                 code = program.wait(timeout=max(1.0, seconds))
             except subprocess.TimeoutExpired:
-                program.terminate()
+                os.killpg(program.pid, signal.SIGTERM)  # with the processes that it has started
                 program.wait()
                 code = None
         print(self._file.read_text(encoding="utf-8"), flush=True)

@@ -152,7 +152,7 @@ def call_everything():
     call_with_float32(panda.on_gpu(float32=True), q, T, boxes)
     for call in (on_gpu, panda.on_gpu(float32=True)):
         call_with_results(call, q, boxes)
-    call_without_rows(on_gpu, ur5.on_gpu(), boxes)
+        call_without_rows(call, ur5.on_gpu(float32=call.float32), boxes)
     call_in_a_block(on_gpu, ur5, q, boxes, shapes)
 
 
@@ -184,7 +184,8 @@ def call_with_results(on_gpu, q, boxes):
 
 def call_without_rows(on_gpu, six, boxes):
     """No rows at all: a grid without blocks is refused by a card."""
-    q, T = cuda.device_array((0, 7)), cuda.device_array((0, 4, 4))
+    kind = np.float32 if on_gpu.float32 else np.float64
+    q, T = cuda.device_array((0, 7), kind), cuda.device_array((0, 4, 4), kind)
     on_gpu.forward_kinematics(q)
     on_gpu.in_collision(q, boxes)
     on_gpu.edge_in_collision(q, q, boxes)
