@@ -156,3 +156,31 @@ def test_degrees_that_are_beyond_the_limits_are_refused_with_a_hint(panda):
     servo = panda.servo(ulna.World(), acceleration=1.0)
     with pytest.raises(InputError, match=r"^q: beyond the joint limits: are these degrees"):
         servo.start(np.degrees(q))
+
+
+TYPED = [0, -45, 0, -135, 0, 90, 45]  # degrees
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda panda: panda.forward_kinematics(TYPED),
+        lambda panda: panda.forward_kinematics([TYPED, panda.home.tolist()]),
+        lambda panda: panda.jacobian(tuple(TYPED)),
+        lambda panda: panda.check_collision(TYPED),
+    ],
+)
+def test_a_list_of_degrees_gets_a_question(panda, ask):
+    with pytest.warns(UnitWarning, match="^q: panda_joint4 is at 135: are these degrees"):
+        ask(panda)
+
+
+def test_no_question_about_turns_slides_and_arrays(panda):
+    """An array may be large: it is not looked at."""
+    panda.forward_kinematics(np.array(TYPED, dtype=float))
+    panda.forward_kinematics([0, -12, 0, 12, 0, 9, 4])
+    slide = """<robot name="slide"><link name="a"/><link name="b"/><link name="c"/>
+      <joint name="s" type="prismatic"><parent link="a"/><child link="b"/>
+        <limit lower="0" upper="1" velocity="1" effort="1"/></joint>
+      <joint name="t" type="continuous"><parent link="b"/><child link="c"/></joint></robot>"""
+    ulna.load(slide).forward_kinematics([45, 900])

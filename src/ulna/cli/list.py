@@ -23,7 +23,7 @@ LIST_KEYS = (
 
 @command
 def list(part: Part = "") -> Output:  # noqa: A001 -- the command's name
-    """List the robots that have names: maker, package, and whether it is installed.
+    """List the robots that have names: maker, model, payload and reach, or the package that has them.
 
     Example: ulna list ur. Exit status 1 if no robot matches.
     """

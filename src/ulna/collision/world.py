@@ -123,8 +123,8 @@ class World:
             >>> panda.in_collision(panda.home, world)
             False
         """
-        _refuse_unsolid(name, shape)
         refuse_no_name(name)
+        _refuse_unsolid(name, shape)
         T, links = _pose_copier()(np.eye(4) if pose is None else pose), as_link_names(touch_links)
         fastest = None if speed is None else as_number("speed", speed, 0.0, "a speed [m/s] of at least 0")
         check_object(name, shape, T)

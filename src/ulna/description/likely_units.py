@@ -25,7 +25,7 @@ _LARGEST_CELL = 5.0  # [m]
 _LARGEST_PADDING, _LARGEST_BALL = 1.0, 1.0  # [m]
 _MILLIMETERS_A_SECOND = 100.0, 5000.0  # speeds that suggest mm/s; larger ones mean "anywhere at once"
 _STEEP, _HIGH = 10.0, 10.0  # heights over the width of their map, and [m]
-_TWO_TURNS = 4 * math.pi
+TWO_TURNS = 4 * math.pi
 _IN_MILLIMETERS = "are these millimeters? Lengths are meters"
 _IN_DEGREES = "are these degrees? Angles are radians"
 
@@ -180,7 +180,7 @@ def check_description(name: str, description: Description) -> None:
         warn_of_unit(name, f"the robot reaches {length:.4g} m when stretched: {_IN_MILLIMETERS}")
     limited = [joint for joint in joints if joint.type == JointType.REVOLUTE and joint.mimic is None]
     widest = sorted(map(_widest, limited))
-    if len(widest) > 1 and widest[0] > _TWO_TURNS and widest[len(widest) // 2] <= 360 and widest[-1] <= 720:
+    if len(widest) > 1 and widest[0] > TWO_TURNS and widest[len(widest) // 2] <= 360 and widest[-1] <= 720:
         first = limited[0]
         words = f"{first.limits.lower:g} to {first.limits.upper:g} rad are the limits of {first.name!r}"
         warn_of_unit(name, f"{words}, and all joints turn more than twice: {_IN_DEGREES}")
@@ -188,7 +188,7 @@ def check_description(name: str, description: Description) -> None:
 
 def degrees_in_words(angles: ArrayLike) -> str:
     """The end of a sentence that refuses angles [rad]: a question, if an angle exceeds two turns."""
-    return f": {_IN_DEGREES}" if np.abs(angles).max(initial=0.0) > _TWO_TURNS else ""
+    return f": {_IN_DEGREES}" if np.abs(angles).max(initial=0.0) > TWO_TURNS else ""
 
 
 def millimeters_in_words(distance: float, reach: float) -> str:

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.arrays import as_floats
+from ulna.description.likely_units import TWO_TURNS, degrees_in_words, warn_of_unit
 from ulna.errors import InputError, UnknownNameError, count_of
 from ulna.kernels.layout import LARGEST
-from ulna.kinematics.tree import Tree
+from ulna.kinematics.tree import Tree, entry_names
+from ulna.kinematics.turns import turning_columns
 
 NO_Q = -1
 """n_dof of a robot without joints, for the low-latency entries. No q has this length, so every q takes the validating path."""
@@ -21,10 +23,36 @@ def as_positions(q: ArrayLike, tree: Tree, name: str = "q") -> NDArray[np.float6
     """q as a C-contiguous float64 array of shape (..., n_dof)."""
     if type(q) is np.ndarray and q.dtype is FLOAT64 and q.shape[-1:] == tree.q_shape:
         return q if q.flags.carray else q.copy()  # the most frequent cases, without another call
-    q = as_floats(name, q)
-    if q.shape[-1:] != tree.q_shape:
-        raise InputError(name, f"shape {q.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")
-    return q
+    floats = as_floats(name, q)
+    if floats.shape[-1:] != tree.q_shape:
+        raise InputError(name, f"shape {floats.shape}, but shape (..., {tree.n_dof}) is expected: {_joints(tree)}")
+    if not isinstance(q, np.ndarray):
+        look_for_degrees(floats, tree, name)
+    return floats
+
+
+def look_for_degrees(q: NDArray[np.float64], tree: Tree, name: str) -> None:
+    """Warn of angles that are probably degrees: beyond two turns, and beyond the limits of a joint that has limits.
+
+    A list of numbers is looked at, as a person types it. An array may be large, and its check would take longer than a pose.
+
+    Args:
+        q: Joint positions [rad or m], shape (..., n_dof).
+        tree: The robot's joints.
+        name: The name of the argument.
+
+    Warns:
+        UnitWarning: An angle is probably in degrees.
+    """
+    if not np.abs(q).max(initial=0.0) > TWO_TURNS:
+        return
+    rows = flat(q)
+    is_angle = turning_columns(tree.joints, tree.n_dof) & np.isfinite(tree.lower) & np.isfinite(tree.upper)
+    beyond = is_angle & ((rows < tree.lower) | (rows > tree.upper)).any(axis=0)
+    hint = degrees_in_words(rows[:, beyond])
+    if hint:
+        column = int(np.argmax(np.where(beyond, np.abs(rows).max(axis=0), 0.0)))
+        warn_of_unit(name, f"{entry_names(tree)[column]} is at {np.abs(rows[:, column]).max():g}{hint}")
 
 
 def as_configuration(q: ArrayLike, tree: Tree, name: str) -> NDArray[np.float64]:

@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ulna.description.columns import TIMES, Found, Quantity, Row, rate_kind, words_of
 from ulna.description.joint_points import JointPoints, is_message, read_joint_points
-from ulna.description.likely_units import degrees_in_words, warn_of_unit
 from ulna.description.number_rows import read_numbers, refuse_infinite
 from ulna.errors import DescriptionError, DescriptionWarning, InputError, cited, listed
-from ulna.kinematics.positions import as_configuration, refuse_out_of_range
+from ulna.kinematics.positions import as_configuration, look_for_degrees, refuse_out_of_range
 from ulna.kinematics.tree import entry_names
 from ulna.planning.boundary_velocities import Ends
 from ulna.planning.motion import Motion
@@ -25,7 +24,6 @@ from ulna.planning.positions import PositionLimits
 from ulna.planning.space import make_space
 from ulna.planning.spline_trajectory import interpolate_points
 from ulna.planning.trajectory import Trajectory, trajectory_at_rest
-from ulna.robot.coordinates import coordinates_of
 from ulna.robot.joint_columns import joint_columns
 
 if TYPE_CHECKING:
@@ -52,7 +50,7 @@ def motion_of_file(robot: Robot, path: str | Path, others: ArrayLike | None = No
         lasts = f"it lasts {points.times[-1] - points.times[0]:g} s; up to {_MAX_SECONDS} s are read: are these milliseconds?"
         raise _content_error(lasts, path, where)
     refuse_out_of_range(points.q, option)
-    _look_for_degrees(robot, points.q, option)
+    look_for_degrees(points.q, robot.tree, option)
     return _motion(robot, points)
 
 
@@ -74,19 +72,6 @@ def _motion(robot: Robot, points: JointPoints) -> Trajectory:
     ends = np.where(np.abs(qd[[0, -1]]) > _STILL, qd[[0, -1]], 0.0)
     qd[[0, -1]] = np.where(np.isfinite(qd[[0, -1]]), ends, np.nan)
     return Trajectory(False, names, interpolate_points(times, q, qd, qdd), motion, limits, Ends(*ends), positions)
-
-
-def _look_for_degrees(robot: Robot, q: Array, option: str) -> None:
-    """Warn of angles that are probably degrees: beyond two turns and beyond the joint's limits."""
-    tree = robot.tree
-    bounded = (
-        np.array([entry.unit == "rad" for entry in coordinates_of(robot)]) & np.isfinite(tree.lower) & np.isfinite(tree.upper)
-    )
-    beyond = bounded & ((q < tree.lower) | (q > tree.upper)).any(axis=0)
-    hint = degrees_in_words(q[:, beyond])
-    if hint:
-        column = int(np.argmax(np.where(beyond, np.abs(q).max(axis=0), 0.0)))
-        warn_of_unit(option, f"{entry_names(tree)[column]} is at {np.abs(q[:, column]).max():g}{hint}")
 
 
 def _read_message(robot: Robot, path: Path, rest: Array | None, option: str) -> JointPoints:

@@ -64,7 +64,7 @@ class Page:
     def add_dark_button(self) -> None:
         """Add a button that switches between light and dark colors in the browser that shows it."""
         self.server.gui.add_html(
-            f'<div style="padding:0 0.75em 0.5em"><button data-dark style="{BUTTON}">Light or dark</button></div>'
+            f'<div style="padding:0 0.75em 0.5em"><button data-dark style="{BUTTON}">Light or dark theme</button></div>'
         )
 
     def _refuse_upload(self, words: str) -> None:
