@@ -42,7 +42,8 @@ TimeLimit = Annotated[float | None, typer.Option(metavar="SECONDS", help="Time l
 FOLLOW_KEYS = (
     "robot; base; link; task; poses: their number; status; success; reason; sentence; proof: complete or searched; max_step; "
     "largest_step; ends_at: the first pose not reached, from 0, or null; joints; units; lower; upper; q: rows, null "
-    "from there on; alive, smallest_step, manipulability, least_singular_value, limit_excess, collisions: why it ends, or null."
+    "from there on; alive, smallest_step, manipulability, least_singular_value, limit_excess, collisions: why it ends, or null; "
+    "files: those that were written."
 )
 _ENDING = ("alive", "smallest_step", "manipulability", "least_singular_value", "limit_excess", "collisions")
 _DEFAULTS = defaults_of(Robot.follow)
@@ -97,6 +98,7 @@ def follow(
         "ends_at": found.ends_at,
         **joint_columns(robot),
         **attributes(robot, "lower", "upper"),
+        "files": [str(file) for file in (csv, plot) if file is not None],
         "q": found.q,
         **{key: getattr(found.reason.data, key, None) for key in _ENDING},
     }
@@ -141,3 +143,4 @@ def follow_table(data) -> Iterator[RenderableType]:
             table.add_row(name, *(number(x, 4) for x in (q[0], q[-1], min(q), max(q))), *limits, unit)
         yield table
     yield Text(data["sentence"], "bold green" if data["success"] else "bold red")
+    yield from map("written: {}".format, data["files"])

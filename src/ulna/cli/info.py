@@ -10,6 +10,7 @@ from ulna.cli.depends import command
 from ulna.cli.options import AnyRobot
 from ulna.cli.output import Output, attributes, limit, make_table
 from ulna.description.robot_description import JointType
+from ulna.ik.closed_form.axes import N_AXES
 from ulna.ik.closed_form.closed_form import closed_form_of
 from ulna.robot.coordinates import coordinates_of
 from ulna.robot.hand_link import hand_link
@@ -19,7 +20,8 @@ INFO_KEYS = (
     "entry of q, with name, type, lower, upper, soft_lower, soft_upper, velocity_limit, home, unit; fixed_joints; mimic_joints: "
     "name, joint, multiplier, offset; links; groups: the joints of each, and named_configurations: the q of each, both of "
     "the SRDF; srdf: the path of the file found next to the URDF, else empty; closed_form: of the hand's "
-    "inverse kinematics, null without a closed form: family, from_end, held, miss, is_exact; "
+    "inverse kinematics, null without a closed form: family, from_end, held, miss, is_exact, added: the number of joints "
+    "added to make six; "
     "collision_shapes: name, link, kind, and extents, or radius and length, or uri and scale."
 )
 
@@ -48,7 +50,8 @@ def info(robot: AnyRobot) -> Output:
         "groups": {name: list(group.joint_names) for name, group in robot.groups.items()},
         "named_configurations": dict(robot.named_configurations),
         "srdf": robot.srdf.found_at,
-        "closed_form": form and attributes(form, "family", "from_end", "held", "miss", "is_exact"),
+        "closed_form": form
+        and attributes(form, "family", "from_end", "held", "miss", "is_exact") | {"added": N_AXES - form.n_joints},
         "collision_shapes": [
             {"name": body.name, "link": link.name, "kind": type(body.shape).__name__.lower(), **asdict(body.shape)}
             for link in robot.description.links
@@ -92,6 +95,7 @@ def closed_form_text(form) -> Text:
     if form is None:
         return Text.assemble(("inverse kinematics", "bold"), ": no closed form")
     held, seen = f", {form['held']} held" if form["held"] else "", ", from the end" if form["from_end"] else ""
+    seen += f", with {form['added']} of the joints added" if form["added"] else ""
     tier = "exact" if form["is_exact"] else "approximate, for starts of the search only"
     text = f": closed form{held}: {form['family']}{seen} ({tier}; the axes deviate by {form['miss']:.1g})"
     return Text.assemble(("inverse kinematics", "bold"), text)

@@ -80,7 +80,7 @@ PLAN_KEYS = (
     "is the same at both ends, since no path was found with them held; worst_violation: the largest share of its "
     "tolerance that a constraint uses on the path, as an upper bound; clearance, in meters, null without objects; "
     "checks; duration of the fastest motion within the limits, in seconds, or null; check: the sample, every 1 ms, that "
-    "comes nearest to a limit, as a sentence, or null."
+    "comes nearest to a limit, as a sentence, or null; files: those that were written."
 )
 
 
@@ -174,6 +174,7 @@ def plan(
         **attributes(found, "length", "certified", "moved", "worst_violation", "clearance", "checks"),
         "duration": motion and motion.duration,
         "check": motion and str(motion.check()),
+        "files": [str(file) for file in (csv, plot) if file is not None and motion is not None],
     }
     return Output(data, plan_table, status=0 if found else 1)
 
@@ -260,3 +261,4 @@ def plan_table(data) -> Iterator[RenderableType]:
         yield f"the motion uses at most {data['worst_violation']:.1%} of the constraints' tolerance"
     if data["duration"] is not None:
         yield f"{data['duration']:.3f} s, {data['check']}"
+    yield from map("written: {}".format, data["files"])

@@ -110,6 +110,15 @@ def test_play_moves_the_arm_and_a_slider_stops_it(app, page, still):
     wait_to_see(page, lambda: not page.get_by_role("checkbox", name="Play").is_checked(), "the box Play unchecked")
 
 
+def test_the_list_of_keys_has_those_of_the_demo_alone(page):
+    """It has neither the tab Steer nor undo."""
+    page.locator("canvas").first.press("?")
+    keys = page.get_by_role("dialog", name="Keys")
+    keys.wait_for()
+    assert "Drag an obstacle" in keys.inner_text()
+    assert not any(word in keys.inner_text() for word in ("Steer", "undo", "Gamepad"))
+
+
 def test_on_a_phone_the_box_the_light_and_the_hand_are_above_the_panel(app, open_page):
     page = open_page(app.url, size=(390, 844))
     camera = camera_of(page, app.server)
