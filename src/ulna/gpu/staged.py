@@ -28,9 +28,9 @@ def threads_for(taken: int, given: int, each: int = 1) -> int:
     return threads
 
 
-def _bytes_of(threads: int, taken: int, given: int, each: int) -> float:
+def _bytes_of(n_threads: int, taken: int, given: int, each: int) -> float:
     """The shared memory of a block's rows [bytes]."""
-    return _BYTES * threads * (_padded(taken) / each + _padded(given))
+    return _BYTES * n_threads * (_padded(taken) / each + _padded(given))
 
 
 @cache
