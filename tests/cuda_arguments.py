@@ -179,6 +179,7 @@ TYPES = {
     },
     "collision.reached.has_exact_ball": {**_each("kind other", WHOLE)},
     "collision.reached.core_slope": {"e": VECTOR},
+    "collision.overlap.overlaps_any": {"n_found": WHOLE},
     "collision.reached.push_reached": {"body": types.Tuple((POSED, VECTOR, TWO_VECTORS))},
     "collision.posed_pair.solid_at": {"w": WHOLE},
     "collision.reached": {**_each("center half p", VECTOR), **_each("radius", NUMBER), "axis": WHOLE, "margins": types.none},

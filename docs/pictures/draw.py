@@ -34,7 +34,7 @@ from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.film import Film, write_film
 from ulna.viewer.film.painter import Ground, Painter, Picture
 from ulna.viewer.film.skin import Model
-from ulna.viewer.palette import GREEN, INK, MOVABLE, RED, Solid, collision_boxes
+from ulna.viewer.palette import GREEN, INK, MOVABLE, RED, Solid, collision_solids
 
 Pixels = NDArray[np.uint8]
 SIZE, SIZE_OF_FILM = (960, 540), (640, 360)
@@ -164,7 +164,7 @@ def collision(size: tuple[int, int]) -> Pixels:
         touching = [pair for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0]
         scene = Scene(robot, (1.55, -1.05, 0.8), (0.15, 0.0, 0.4), part_of(size, 2))
         scene.put_world(world, [pair.name_b for pair in touching])
-        scene.solids += collision_boxes(robot, [pair.name_a for pair in touching])
+        scene.solids += collision_solids(robot, [pair.name_a for pair in touching])
         nearest = next(pair for pair in report.pairs if pair.link_b is None)
         if not touching:
             scene.put_line(nearest.witness_a, nearest.witness_b, INK)

@@ -102,6 +102,17 @@ def test_the_drawn_arm_is_where_its_collision_boxes_are(name):
     assert np.quantile(excess, 0.99) < 0.1  # the foot of the Panda has no box
 
 
+def test_a_leg_is_no_thicker_than_the_capsule_around_it():
+    """The middle half of the capsule of a UR10e's forearm holds the drawn tube, to a twentieth of its radius."""
+    robot, scenes = drawn("ur10e")
+    [link] = [one for one in robot.description.links if one.name == "forearm_link"]
+    [body] = [one for one in link.collisions if isinstance(one.shape, ulna.Capsule)]
+    points = (scenes[link.name].to_mesh().vertices - body.pose[:3, 3]) @ body.pose[:3, :3]
+    middle = points[np.abs(points[:, 2]) < body.shape.length / 4]
+    assert len(middle) > 100
+    assert np.linalg.norm(middle[:, :2], axis=1).max() < 1.05 * body.shape.radius
+
+
 def test_the_hand_is_between_the_flange_and_the_fingertips_whose_point_it_leaves_free():
     scene = drawn("panda")[1]["panda_link8"]
     meshes = list(scene.geometry.values())

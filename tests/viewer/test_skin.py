@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 import trimesh
 
+import ulna
 from ulna.description.shapes import Box
 from ulna.viewer.film.camera import Camera, direction_to, sun_view
-from ulna.viewer.film.painter import make_panes
+from ulna.viewer.film.painter import facets_of, make_panes
 from ulna.viewer.film.skin import corner_normals, linear
 from ulna.viewer.palette import Solid
 
@@ -99,3 +100,23 @@ def test_translucent_boxes_show_the_three_front_sides_the_far_box_first():
 
 def test_without_translucent_boxes_there_are_no_panes():
     assert len(make_panes([], np.zeros(3))[0]) == 0
+
+
+@pytest.mark.parametrize("shape", [ulna.Cylinder(0.2, 0.6), ulna.Capsule(0.2, 0.6), ulna.Sphere(0.2), ulna.Box((0.2, 0.4, 0.6))])
+def test_facets_close_a_shape_and_lie_on_it(shape):
+    """By the divergence theorem the areas of a closed surface, as vectors, add up to zero, and give its volume."""
+    facets = facets_of(shape)
+    middles, areas = facets.mean(axis=1), np.cross(facets[:, 2] - facets[:, 0], facets[:, 3] - facets[:, 1]) / 2
+    areas *= np.sign(np.einsum("ij,ij->i", areas, middles))[:, None]
+    assert np.allclose(areas.sum(axis=0), 0.0, atol=1e-12)
+    volume = np.einsum("ij,ij->", areas, middles) / 3
+    exact = {
+        ulna.Cylinder: np.pi * 0.04 * 0.6,
+        ulna.Capsule: np.pi * 0.04 * 0.6 + 4 / 3 * np.pi * 0.008,
+        ulna.Sphere: 4 / 3 * np.pi * 0.008,
+        ulna.Box: 0.048,
+    }[type(shape)]
+    assert 0.8 * exact < volume <= exact + 1e-12
+    if isinstance(shape, ulna.Capsule | ulna.Sphere):
+        height = np.maximum(np.abs(facets[..., 2]) - getattr(shape, "length", 0.0) / 2, 0.0)
+        assert np.allclose(np.linalg.norm([facets[..., 0], facets[..., 1], height], axis=0), 0.2)

@@ -47,7 +47,7 @@ CameraAt = Annotated[
         help='corner, front, back, left, right or top; or "turn, rise": angles about z from x, and above the horizon.',
     ),
 ]
-Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the boxes of the arm's collision checks.")]
+Boxes = Annotated[bool, typer.Option("--boxes/--no-boxes", help="Show the shapes of the arm's collision checks.")]
 _TURN_AND_RISE = Coordinate("turn", "rad"), Coordinate("rise", "rad")
 _SHORTEST = 0.1  # [s], the minimum length of a film
 _EXTRA = ("recording", "viewer", "trimesh", "av", "PIL")

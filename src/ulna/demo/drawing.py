@@ -13,7 +13,7 @@ from ulna.description.names import panda
 from ulna.description.pose import pose
 from ulna.description.shapes import Box, Cylinder
 from ulna.robot import Robot
-from ulna.viewer.palette import MOVABLE, Solid, collision_boxes
+from ulna.viewer.palette import MOVABLE, Solid, collision_solids
 
 WORD_POSITION = (0.0, 0.0, -LIGHT.length)  # [m], position of the text below the light, in the light's frame
 _SHAFT, _HEAD = Cylinder(radius=0.004, length=0.2), Cylinder(radius=0.011, length=0.03)
@@ -25,7 +25,7 @@ WORD_POSITION_IN_BASE = (LIGHT_POSITION[0], LIGHT_POSITION[1], LIGHT_POSITION[2]
 def standing_boxes(robot: Robot, q: ArrayLike) -> Iterator[Solid[Box]]:
     """The arm's collision boxes, pale, with their poses in the base at q, shape (n_dof,)."""
     places = dict(zip(robot.link_names, robot.link_poses(q), strict=True))
-    for solid in collision_boxes(robot):
+    for solid in collision_solids(robot):
         yield replace(solid, link=robot.base, pose=places[solid.link] @ solid.pose)
 
 

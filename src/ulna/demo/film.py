@@ -22,7 +22,7 @@ from ulna.viewer.film.camera import Camera
 from ulna.viewer.film.painter import Caption, Ground, Picture
 from ulna.viewer.film.recording import Form, Tell, report_nothing, write_pictures
 from ulna.viewer.film.skin import Model
-from ulna.viewer.palette import collision_boxes
+from ulna.viewer.palette import collision_solids
 
 DEMO_CAMERA = Camera(position=(1.45, 1.35, 0.95), look_at=(0.13, 0.02, 0.45), fov=0.72)  # the box stays in sight
 DEMO_GROUND = Ground(middle=(0.1, 0.0, 0.4), radius=1.3)
@@ -151,7 +151,7 @@ def record_demo(form: Form, at: float | None = None, *, boxes: bool = True, tell
 
 def demo_picture(robot: Robot, moment: Moment, camera: Camera, *, boxes: bool = True) -> Picture:
     """One moment of the demo as seen by a camera."""
-    panes = tuple(collision_boxes(robot, moment.report.touching)) if boxes else ()
+    panes = tuple(collision_solids(robot, moment.report.touching)) if boxes else ()
     box = movable_box(robot, moment.T_base_box), *box_handles(robot, moment.T_base_box)
     solids = (*panes, *box, light(robot, moment.report))
     return Picture(moment.q, camera, solids, Caption(str(moment.report), WORD_POSITION_IN_BASE))

@@ -24,7 +24,7 @@ from ulna.viewer.surface_nets import Distance, Vector, box, cone, cut, drum, mes
 SHELL, DARK, PAD = (236, 238, 241, 255), (66, 72, 82, 255), (120, 128, 140, 255)  # colors of shells, joints, fingers
 _NARROWEST = 0.6  # the radius at the tip, relative to the base
 _MANY_JOINTS = 10  # a robot with at least as many joints has several chains: it is drawn thinner and in less detail
-_WAIST = 0.92  # the radius of a leg, relative to its joint
+_WAIST, _SLIMMEST = 0.92, 0.6  # the largest and the smallest radius of a leg, relative to its joint
 _GAP = 0.09  # between two shells, relative to the radius
 _TURNING = (JointType.REVOLUTE, JointType.CONTINUOUS)
 _FARTHEST = 2.0  # [m] the maximum drawn travel of a slide from its zero
@@ -194,13 +194,20 @@ class _Drawing:
                 parts += _hand(leg.end, self._spread(link, leg.end))
             else:
                 start = np.zeros(3) if carrier is None else own_joint.offset * _unit(carrier.axis)
-                _add_leg(own_joint, start, leg, child_joint, shells, cuts, dark, leaf=not self._legs[leg.joint.child])
+                waist = self._waist(link, own_joint.radius)
+                _add_leg(waist, start, leg, child_joint, shells, cuts, dark, leaf=not self._legs[leg.joint.child])
         if carrier is not None and self._is_finger(carrier):
             shells = [_finger(carrier)]
         size = min([own_joint.radius, *(self._drawn_joints[leg.joint.child].radius for leg in self._legs[link])])
         cell = (0.08 if self._robot.n_dof < _MANY_JOINTS else 0.14) * size
         body = mesh_of(cut(union(shells, 0.32 * size), cuts, 1.75 * cell), cell) if shells else None
         return parts + [paint_mesh(part, DARK) for part in dark] + ([] if body is None else [paint_mesh(body, SHELL)])
+
+    def _waist(self, link: str, radius: float) -> float:
+        """The radius of a link's legs [m]: at most that of its slimmest collision shape, which shall contain them."""
+        shapes = next(one.collisions for one in self._robot.description.links if one.name == link)
+        slimmest = min((width for width in map(_half_width, shapes) if width and not self._stands(link)), default=radius)
+        return float(np.clip(0.97 * slimmest, _SLIMMEST * radius, _WAIST * radius))
 
     def _stands(self, link: str) -> bool:
         """Whether a link is the root, or fixed to the root at its origin with the same z axis."""
@@ -268,7 +275,7 @@ def _add_near_end(
 
 
 def _add_leg(
-    own_joint: _DrawnJoint,
+    start: float,
     begin: Vector,
     leg: _Leg,
     child_joint: _DrawnJoint,
@@ -278,14 +285,15 @@ def _add_leg(
     *,
     leaf: bool,
 ) -> None:
-    """Add the part of a link from its beginning to a child, and at the child's joint."""
-    r, start = child_joint.radius, _WAIST * own_joint.radius
+    """Add the part of a link from its beginning to a child, and at the child's joint. start: the radius there [m]."""
+    r = child_joint.radius
+    end = min(start, _WAIST * r)
     aside = float(np.linalg.norm(leg.foot)) > _NEAR * r
     match child_joint.kind:
         case "inline":
             seam, onward = leg.end + leg.axis * child_joint.at, leg.axis * child_joint.ahead
             if aside:
-                shells.append(cone(begin, begin + leg.foot, start, _WAIST * r))
+                shells.append(cone(begin, begin + leg.foot, start, end))
                 back = begin + leg.foot - 1.05 * r * onward
                 shells.append(_with_lid(cone(back, seam, r, r), back, -onward, r, cuts, dark))
             else:
@@ -294,7 +302,7 @@ def _add_leg(
             dark.append(_disc(seam, leg.axis, (-0.3 * r, 0.3 * r), 0.92 * r))
         case "hinge":
             big, half, wide = 1.12 * r, 0.52 * r, 1.15 * r
-            shells.append(cone(begin, leg.end, start, 0.95 * r))
+            shells.append(cone(begin, leg.end, start, end))
             shells.append(drum(leg.end, leg.axis, big, wide, 0.2 * r))
             cuts.append(drum(leg.end, leg.axis, 1.07 * big, half + _GAP * r, 0.0))
             for side in (-1.0, 1.0):

@@ -5,12 +5,12 @@ Free shapes and shapes in contact also differ in lightness or opacity, for peopl
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ulna.description.shapes import Box, Cylinder
+from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.robot import Robot
 
 Color = tuple[int, int, int]
@@ -58,7 +58,7 @@ FAINT = 0.1  # opacity of the shape nearest to an obstacle, if the others are hi
 TINT = 0.7  # opacity of the red over a link in contact
 HOLLOW = 0.35  # opacity of a mark in the scene, unless it shows a contact or a stop
 
-ShapeT = TypeVar("ShapeT", Box, Cylinder)
+ShapeT = TypeVar("ShapeT", Box, Capsule, Cylinder, Sphere)
 
 
 def is_in_the_way(color: Color) -> bool:
@@ -89,10 +89,10 @@ class Solid(Generic[ShapeT]):
     glows: bool = False
 
 
-def collision_boxes(robot: Robot, touching: Collection[str] = ()) -> Iterator[Solid[Box]]:
-    """The collision boxes of a robot: pale blue, or strong red if their names are in ``touching``."""
+def collision_solids(robot: Robot, touching: Collection[str] = ()) -> Iterator[Solid[Any]]:
+    """The collision shapes of a robot but meshes: pale blue, or strong red if their names are in ``touching``."""
     for link in robot.description.links:
         for body in link.collisions:
-            if isinstance(body.shape, Box):
+            if isinstance(body.shape, Box | Capsule | Cylinder | Sphere):
                 look = (TOUCHING, STRONG) if body.name in touching else (FREE, PALE)
-                yield Solid(body.name, link.name, body.pose, body.shape, *look)
+                yield Solid[Any](body.name, link.name, body.pose, body.shape, *look)

@@ -21,7 +21,7 @@ from ulna.description.pose import pose, quaternion_from_matrix
 from ulna.description.shapes import Box, Cylinder
 from ulna.errors import InputError
 from ulna.robot import Robot
-from ulna.viewer.palette import INK, Solid, collision_boxes
+from ulna.viewer.palette import INK, Solid, collision_solids
 
 SERVER = "basic_controls"  # prefix of the interactive-marker server's topics
 LIFETIME_S = 3  # [s], lifetime of a marker, which is sent ten times per second
@@ -42,7 +42,7 @@ def markers(robot: Robot, report: Report | None) -> Iterator[Marker]:
     """The light with its text, and the arm's boxes, which move with its links. ``report`` is None while unknown."""
     yield solid_marker(light(robot, report), "light", 0)
     yield text_marker(light_word(report), robot.base, WORD_POSITION_IN_BASE, INK, ("light", 1))
-    for k, solid in enumerate(collision_boxes(robot, report.touching if report is not None else ())):
+    for k, solid in enumerate(collision_solids(robot, report.touching if report is not None else ())):
         yield solid_marker(solid, "boxes", k)
 
 

@@ -1,4 +1,4 @@
-"""Paints pictures of a robot, solids and translucent boxes on the CPU, without a display."""
+"""Paints pictures of a robot, solids and translucent collision shapes on the CPU, without a display."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from ulna.description.shapes import Box
+from ulna.description.shapes import Box, Capsule, Cylinder, Sphere
 from ulna.kernels.render.render_layout import NOTHING
 from ulna.viewer.film.camera import Camera, sun_view
 from ulna.viewer.film.entries import rendering
@@ -24,6 +24,8 @@ _SIDES = np.array(
     ],
     dtype=np.float64,
 )
+_SECTORS = 16  # of a shape of revolution
+_STEPS = np.linspace(-0.5, 0.5, 5) * np.pi  # latitudes of a sphere's facets [rad]
 _SHADE = 0.25  # a side that faces down is darker by this share
 TEXELS = 1024  # along a side of the sun's shadow map
 _LETTERS = 0.03  # the height of the letters, relative to the picture
@@ -35,11 +37,27 @@ NO_LAMP = (0.0, 0.0, -1.0, -1.0, -1.0)
 Array = NDArray[np.float64]
 
 
-def make_panes(solids: Sequence[tuple[Solid[Box], Array]], eye: Array) -> tuple[Array, Array]:
-    """The sides of boxes that face the eye, sorted from far to near.
+def facets_of(shape: Box | Capsule | Cylinder | Sphere) -> Array:
+    """The sides of a shape about its origin, each as four corners in order [m], shape (n, 4, 3)."""
+    if isinstance(shape, Box):
+        return _SIDES * shape.half_extents
+    middle = 0.0 if isinstance(shape, Sphere) else shape.length / 2
+    if isinstance(shape, Cylinder):
+        outline = np.array([(0.0, -middle), (shape.radius, -middle), (shape.radius, middle), (0.0, middle)])
+    else:  # half a sphere at each end
+        arc = shape.radius * np.column_stack([np.cos(_STEPS), np.sin(_STEPS)])
+        outline = np.concatenate([arc[:3] - [0.0, middle], arc[2 if middle else 3 :] + np.array([0.0, middle])])
+    turn = np.linspace(0.0, 2 * np.pi, _SECTORS + 1)
+    r, z = np.broadcast_to(outline[:, None, :], (len(outline), len(turn), 2)).transpose(2, 0, 1)
+    points = np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=-1)
+    return np.stack([points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]], axis=2).reshape(-1, 4, 3)
+
+
+def make_panes(solids: Sequence[tuple[Solid, Array]], eye: Array) -> tuple[Array, Array]:
+    """The sides of translucent shapes that face the eye, sorted from far to near.
 
     Args:
-        solids: The boxes, each with its T_base_box, shape (4, 4).
+        solids: The shapes, each with its T_base_solid, shape (4, 4).
         eye: The position of the eye in the base frame [m], shape (3,).
 
     Returns:
@@ -48,13 +66,14 @@ def make_panes(solids: Sequence[tuple[Solid[Box], Array]], eye: Array) -> tuple[
     """
     quads, paints = [np.empty((0, 4, 3))], [np.empty((0, 4))]
     for solid, T in solids:
-        corners = (_SIDES * solid.shape.half_extents) @ T[:3, :3].T + T[:3, 3]
-        outwards = corners.mean(axis=1) - T[:3, 3]
+        corners = facets_of(solid.shape) @ T[:3, :3].T + T[:3, 3]
+        outwards = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        outwards *= np.sign(np.einsum("ij,ij->i", outwards, corners.mean(axis=1) - T[:3, 3]))[:, None]
         seen = np.einsum("ij,ij->i", outwards, eye - corners.mean(axis=1)) > 0.0
         upwards = outwards[:, 2] / np.maximum(np.linalg.norm(outwards, axis=1), 1e-12)
         light = linear(solid.color) * (1.0 - _SHADE * (0.5 - 0.5 * upwards[:, None]))
         quads.append(corners[seen])
-        paints.append(np.column_stack([light, np.full(6, solid.opacity)])[seen])
+        paints.append(np.column_stack([light, np.full(len(corners), solid.opacity)])[seen])
     sides, colors = np.concatenate(quads), np.concatenate(paints)
     order = np.argsort(-np.linalg.norm(sides.mean(axis=1) - eye, axis=1), kind="stable")
     return sides[order].reshape(-1, 3), colors[order]

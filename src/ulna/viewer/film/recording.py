@@ -21,7 +21,7 @@ from ulna.viewer.film.camera import FILM_FROM, Camera, View, direction_to
 from ulna.viewer.film.film import WRITERS, Film, write_film
 from ulna.viewer.film.painter import Ground, Picture
 from ulna.viewer.film.skin import BoundingBall, Model
-from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid, collision_boxes
+from ulna.viewer.palette import FREE, GROUND, OBSTACLES, TOUCHING, Color, Solid, collision_solids
 from ulna.viewer.visuals import outlines_near, touching_links
 
 _CACHED_MODELS = 2  # robots whose models are cached
@@ -119,7 +119,7 @@ def record_robot(
     Raises:
         FileError: The file cannot be written.
     """
-    solids = tuple(collision_boxes(robot)) if boxes else ()
+    solids = tuple(collision_solids(robot)) if boxes else ()
     model = model_of(robot)
     ball = BoundingBall.of(model.points_at(q))
     turns = [matrix_from_rotation_vector((0.0, 0.0, turn)) for turn in 2 * pi * np.arange(form.n_frames) / form.n_frames]
@@ -185,7 +185,7 @@ def _sample_path(path: Array, n: int) -> Iterator[Array]:
 
 def solids_at(robot: Robot, report: Report, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
     """The robot's boxes, its attached objects and the obstacles, each in its own color, or red if in contact."""
-    panes = collision_boxes(robot, report.touching) if boxes else ()
+    panes = collision_solids(robot, report.touching) if boxes else ()
     held = [_attached(each, touching=each.name in report.touching) for each in robot.attached]
     hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
     return (*panes, *held, *solids_of_world(robot, world, middle, hit))
