@@ -14,6 +14,7 @@ from ulna.kernels.layout import LARGEST
 from ulna.kinematics.tree import Tree, entry_names
 from ulna.kinematics.turns import turning_columns
 
+_MAX_DEGREES = 3600.0  # a larger number is another mistake, which has its own error
 NO_Q = -1
 """n_dof of a robot without joints, for the low-latency entries. No q has this length, so every q takes the validating path."""
 FLOAT64 = np.dtype(np.float64)
@@ -44,7 +45,7 @@ def look_for_degrees(q: NDArray[np.float64], tree: Tree, name: str) -> None:
     Warns:
         UnitWarning: An angle is probably in degrees.
     """
-    if not np.abs(q).max(initial=0.0) > TWO_TURNS:
+    if not TWO_TURNS < np.abs(q).max(initial=0.0) <= _MAX_DEGREES:
         return
     rows = flat(q)
     is_angle = turning_columns(tree.joints, tree.n_dof) & np.isfinite(tree.lower) & np.isfinite(tree.upper)
