@@ -148,7 +148,7 @@ class PrivateFolder(contextlib.AbstractContextManager):
         return descriptor
 
     def is_locked(self, name: str) -> bool:
-        """Whether another process has locked a file; False if there is none."""
+        """Whether another process has locked a file. A file that does not exist is not locked."""
         if not self.has(name):
             return False
         descriptor = self.lock(name)

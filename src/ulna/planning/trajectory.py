@@ -597,7 +597,7 @@ class Trajectory(OneLine):
         Args:
             world: The obstacles, red where they are touched; the obstacles of the plan unless given.
             seconds: The length of the animation [s]; the duration of the motion, at most 10, unless given.
-            boxes: Show the robot's collision boxes.
+            boxes: Show the robot's collision shapes, except meshes.
             size: Width and height [pixels]; 480 and 320 unless given.
             camera: Where the robot is seen from; see ``Robot.show``.
 

@@ -1377,7 +1377,7 @@ class Robot(Forces):
         Args:
             q: Joint positions [rad or m], shape (n_dof,); ``home`` unless given.
             world: The obstacles; obstacles that the robot touches are red.
-            boxes: Show the robot's collision boxes; boxes in contact are red.
+            boxes: Show the robot's collision shapes, except meshes; shapes in contact are red.
             size: Width and height [pixels]; 720 and 480 unless given.
             camera: Where it is seen from: "corner", "front", "back", "left", "right" or "top"; or two angles [rad], about z
                 from x and above the horizon.

@@ -110,7 +110,7 @@ def record_robot(
         form: The format of the file.
         robot: The robot.
         q: Its joint positions [rad or m], shape (n_dof,).
-        boxes: Whether to show its collision boxes.
+        boxes: Whether to show its collision shapes.
         tell: Called with the number of finished pictures.
 
     Returns:
@@ -184,7 +184,7 @@ def _sample_path(path: Array, n: int) -> Iterator[Array]:
 
 
 def solids_at(robot: Robot, report: Report, world: World, middle: BoundingBall, *, boxes: bool) -> tuple[Solid, ...]:
-    """The robot's boxes, its attached objects and the obstacles, each in its own color, or red if in contact."""
+    """The robot's collision shapes, its attached objects and the obstacles, each in its own color, or red if in contact."""
     panes = collision_solids(robot, report.touching) if boxes else ()
     held = [_attached(each, touching=each.name in report.touching) for each in robot.attached]
     hit = {pair.name_b for pair in report.pairs if pair.link_b is None and pair.signed_distance <= 0.0}
